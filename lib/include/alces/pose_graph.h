@@ -1,0 +1,91 @@
+// The pose graph as arrays: a vertex per scan, an edge per matched pair, adjacency as linked lists of
+// half-edges. Capacity is fixed; inserting is O(1); nothing is ever removed (ELCH needs no removal).
+//
+// Half-edge 2e leaves the edge's `from`, half-edge 2e+1 its `to`: h ^ 1 is the other side of h.
+// Memory: 64 bytes a vertex, 144 bytes an edge.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "alces/arena.h"
+#include "alces/pose.h"
+#include "alces/status.h"
+
+namespace alces {
+
+inline constexpr std::uint32_t no_index = UINT32_MAX;
+
+/// The costs that LOA runs on: three translation variances (m^2) in the frame of the map at the time of
+/// matching, and the summed rotation variances (rad^2). All are positive and finite.
+struct EdgeVariance {
+  double x_m2 = 1;
+  double y_m2 = 1;
+  double z_m2 = 1;
+  double rotation_rad2 = 1;
+};
+
+struct Edge {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  bool closes_loop = false;
+  EdgeVariance variance;
+  Pose from_from_to;  ///< the match: pose of `to` seen from `from`
+};
+
+class PoseGraph {
+ public:
+  struct Capacity {
+    std::uint32_t vertices = 0;
+    std::uint32_t edges = 0;
+  };
+
+  constexpr PoseGraph(Arena& arena, const Capacity& capacity)
+      : poses_(arena.allocate<Pose>(capacity.vertices)),
+        first_half_edge_(arena.allocate<std::uint32_t>(capacity.vertices)),
+        degree_(arena.allocate<std::uint32_t>(capacity.vertices)),
+        edges_(arena.allocate<Edge>(capacity.edges)),
+        next_half_edge_(arena.allocate<std::uint32_t>(2 * std::size_t{capacity.edges})) {}
+
+  /// Appends a vertex. no_scan_capacity, bad_pose.
+  [[nodiscard]] Status add_vertex(const Pose& map_from_body);
+
+  /// Joins two existing vertices; several edges between the same two are allowed.
+  /// no_such_vertex, bad_edge, bad_pose, no_edge_capacity.
+  [[nodiscard]] Status add_edge(const Edge& edge);
+
+  [[nodiscard]] std::uint32_t vertex_count() const { return vertex_count_; }
+  [[nodiscard]] std::uint32_t edge_count() const { return edge_count_; }
+  [[nodiscard]] std::uint32_t vertex_capacity() const { return static_cast<std::uint32_t>(poses_.size()); }
+  [[nodiscard]] std::uint32_t edge_capacity() const { return static_cast<std::uint32_t>(edges_.size()); }
+
+  /// map_from_body of every vertex, in order; writable, because closing a loop bends them all.
+  [[nodiscard]] std::span<Pose> poses() { return poses_.first(vertex_count_); }
+  [[nodiscard]] std::span<const Pose> poses() const { return poses_.first(vertex_count_); }
+  [[nodiscard]] std::span<const Edge> edges() const { return edges_.first(edge_count_); }
+
+  [[nodiscard]] std::uint32_t degree(std::uint32_t vertex) const { return degree_[vertex]; }
+
+  /// First half-edge that leaves `vertex`, or no_index; then next_half_edge() until no_index.
+  [[nodiscard]] std::uint32_t first_half_edge(std::uint32_t vertex) const { return first_half_edge_[vertex]; }
+  [[nodiscard]] std::uint32_t next_half_edge(std::uint32_t half_edge) const {
+    return next_half_edge_[half_edge];
+  }
+  /// The vertex that `half_edge` leads to; its edge is edges()[half_edge / 2].
+  [[nodiscard]] std::uint32_t target(std::uint32_t half_edge) const {
+    const Edge& edge = edges_[half_edge / 2];
+    return (half_edge & 1) == 0 ? edge.to : edge.from;
+  }
+
+ private:
+  std::span<Pose> poses_;
+  std::span<std::uint32_t> first_half_edge_;
+  std::span<std::uint32_t> degree_;
+  std::span<Edge> edges_;
+  std::span<std::uint32_t> next_half_edge_;
+  std::uint32_t vertex_count_ = 0;
+  std::uint32_t edge_count_ = 0;
+};
+
+}  // namespace alces
