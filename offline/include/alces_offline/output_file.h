@@ -1,0 +1,41 @@
+// A file that appears under its name only when it is whole: written as NAME.part, renamed by commit().
+// Devices and pipes (/dev/stdout) are written to directly. Every failure is an OutputError with path and reason.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace alces::offline {
+
+class OutputFile {
+ public:
+  /// The folder must exist.
+  explicit OutputFile(std::filesystem::path file);
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  /// Without commit() the partial file is removed.
+  ~OutputFile();
+
+  void write(std::string_view bytes);
+  /// Overwrites bytes written before; for headers whose numbers are known last.
+  void patch(std::uint64_t position, std::string_view bytes);
+  /// Flushes to the disk and renames.
+  void commit();
+
+ private:
+  [[noreturn]] void fail(int error_number);
+  void write_fully(const char* data, std::size_t size);
+  void flush();
+
+  std::filesystem::path file_;
+  std::filesystem::path part_;  // empty for devices
+  int descriptor_ = -1;
+  std::vector<char> buffer_;
+};
+
+/// As make -p; OutputError.
+void make_folder(const std::filesystem::path& folder);
+
+}  // namespace alces::offline
