@@ -1,0 +1,26 @@
+# Shared by the scripts beside it; sourced with the repository as working directory.
+
+say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
+
+# Compilers at once: one a core, and 2 GB of free memory each.
+jobs() {
+  cores=$(nproc)
+  free_gb=$(awk '/^MemAvailable/ {print int($2 / 1048576)}' /proc/meminfo)
+  fitting=$((free_gb / 2))
+  [ "$fitting" -lt "$cores" ] || fitting=$cores
+  [ "$fitting" -ge 1 ] || fitting=1
+  echo "$fitting"
+}
+
+# build PRESET [TARGET...]: configures and builds; CMake's report is shown only when it fails.
+build() {
+  preset=$1
+  shift
+  say "building: $preset"
+  mkdir -p build
+  if ! cmake --preset "$preset" >"build/$preset.configure.log" 2>&1; then
+    cat "build/$preset.configure.log" >&2
+    return 1
+  fi
+  cmake --build --preset "$preset" --parallel "$(jobs)" --target "${@:-all}"
+}
