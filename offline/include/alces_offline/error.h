@@ -1,5 +1,5 @@
-// What goes wrong at the desk, as exceptions: one sentence that names the file, the line or byte, and what to do.
-// The program prints `what()` and leaves with `exit_status()`.
+// What goes wrong at the desk, as exceptions: one sentence that names the file, the line or byte, and what to
+// do. The program prints `what()` and leaves with `exit_status()`.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,8 @@ namespace alces::offline {
 
 class Error : public std::runtime_error {
  public:
-  Error(const std::string& sentence, int exit_status) : std::runtime_error(sentence), exit_status_(exit_status) {}
+  Error(const std::string& sentence, int exit_status)
+      : std::runtime_error(sentence), exit_status_(exit_status) {}
   [[nodiscard]] int exit_status() const { return exit_status_; }
 
  private:

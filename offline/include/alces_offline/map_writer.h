@@ -1,5 +1,6 @@
-// The files of a map folder that other programs read: trajectory.tum and frames/ (see trajectory.h), graph.g2o
-// and map.ply. Every file appears under its name only when it is whole; what cannot be written is an OutputError.
+// The files of a map folder that other programs read: trajectory.tum and frames/ (see trajectory.h),
+// graph.g2o and map.ply. Every file appears under its name only when it is whole; what cannot be written is
+// an OutputError.
 #pragma once
 
 #include <array>
@@ -20,17 +21,19 @@ namespace alces::offline {
 ///
 /// The information belongs to g2o's error vector, (translation, vector part of the quaternion) of
 /// measurement^-1 * from^-1 * to, which is seen from the body frame of `to`:
-///   - translation: diag(1/x, 1/y, 1/z) of EdgeVariance, which is given along the map's axes, turned into that frame;
-///   - rotation: a third of rotation_rad2 an axis; the vector part is half the angle, so the information is four
+///   - translation: diag(1/x, 1/y, 1/z) of EdgeVariance, which is given along the map's axes, turned into
+///   that frame;
+///   - rotation: a third of rotation_rad2 an axis; the vector part is half the angle, so the information is
+///   four
 ///     times that of the angle: 12 / rotation_rad2.
 void write_g2o(const std::filesystem::path& file, const PoseGraph& graph);
 [[nodiscard]] Matrix6d g2o_information(const EdgeVariance& variance, const Eigen::Quaterniond& map_from_to);
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// A point cloud as binary little-endian PLY, written as the points come: any number of them in 1 MiB of buffer.
-/// Each vertex is float x y z, then uint scan or uchar red green blue. The count is patched in by finish();
-/// without finish() nothing is left behind.
+/// A point cloud as binary little-endian PLY, written as the points come: any number of them in 1 MiB of
+/// buffer. Each vertex is float x y z, then uint scan or uchar red green blue. The count is patched in by
+/// finish(); without finish() nothing is left behind.
 class PlyMapWriter {
  public:
   enum class Attribute { scan, color };

@@ -1,5 +1,6 @@
 // A file that appears under its name only when it is whole: written as NAME.part, renamed by commit().
-// Devices and pipes (/dev/stdout) are written to directly. Every failure is an OutputError with path and reason.
+// Devices and pipes (/dev/stdout) are written to directly. Every failure is an OutputError with path and
+// reason.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,7 @@ class OutputFile {
   void write(std::string_view bytes);
   /// Overwrites bytes written before; for headers whose numbers are known last.
   void patch(std::uint64_t position, std::string_view bytes);
-  /// Flushes to the disk and renames.
+  /// Hands the rest to the operating system and renames.
   void commit();
 
  private:

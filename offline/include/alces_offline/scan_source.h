@@ -1,16 +1,17 @@
 // Scans from the files of others, one in memory at a time.
 //
-// `open_scans` recognises 3DTK's uos folders (scanNNN.3d), PCD, PLY, KITTI .bin and CSV: a folder of them, one
-// file, or several. Files are taken in the natural order of their numbers (scan9 before scan10). Whatever the file's
-// convention, points come out in the body frame of REP 103, metres; only 3DTK's frame is known to differ and is
-// converted, all other formats are taken as they are.
+// `open_scans` recognises 3DTK's uos folders (scanNNN.3d), PCD, PLY, KITTI .bin and CSV: a folder of them,
+// one file, or several. Files are taken in the natural order of their numbers (scan9 before scan10). Whatever
+// the file's convention, points come out in the body frame of REP 103, metres; only 3DTK's frame is known to
+// differ and is converted, all other formats are taken as they are.
 //
-// Odometry comes, in this order, from ScanSourceOptions::odometry, from the scans' own .pose files, from their
-// .frames files, or from a trajectory beside the scans: alidarPose.csv, poses.txt, trajectory.tum, or the only *.tum.
-// KITTI's poses.txt speaks of the camera; with a calib.txt beside it ("Tr:") it is turned into the scanner's.
+// Odometry comes, in this order, from ScanSourceOptions::odometry, from the scans' own .pose files, from
+// their .frames files, or from a trajectory beside the scans: alidarPose.csv, poses.txt, trajectory.tum, or
+// the only *.tum. KITTI's poses.txt speaks of the camera; with a calib.txt beside it ("Tr:") it is turned
+// into the scanner's.
 //
-// Errors are InputError. What is no error but should be seen (a missing number in a sequence, a scan without pose)
-// is a sentence in warnings().
+// Errors are InputError. What is no error but should be seen (a missing number in a sequence, a scan without
+// pose) is a sentence in warnings().
 #pragma once
 
 #include <cstddef>
@@ -35,8 +36,8 @@ class ScanSource {
 
   [[nodiscard]] virtual std::size_t size() const = 0;
 
-  /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. Not to be called from two
-  /// threads at once; all other functions may run meanwhile.
+  /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. Not to be called from
+  /// two threads at once; all other functions may run meanwhile.
   virtual void read(std::size_t index, std::vector<Point>& points) = 0;
 
   /// What people call it: the file's name without folder.
@@ -53,21 +54,21 @@ class ScanSource {
 };
 
 struct ScanSourceOptions {
-  /// A trajectory in any format of trajectory.h. As many poses as scans: in order; otherwise its first column must
-  /// hold every scan's number.
+  /// A trajectory in any format of trajectory.h. As many poses as scans: in order; otherwise its first column
+  /// must hold every scan's number.
   std::optional<std::filesystem::path> odometry;
 };
 
 /// A folder of scans, or one scan file.
 [[nodiscard]] std::unique_ptr<ScanSource> open_scans(const std::filesystem::path& folder_or_file,
                                                      const ScanSourceOptions& options = {});
-/// Several scan files, in the order given; or one folder.
+/// Several scan files, taken in natural order like those of a folder; or one folder.
 [[nodiscard]] std::unique_ptr<ScanSource> open_scans(std::span<const std::filesystem::path> files,
                                                      const ScanSourceOptions& options = {});
 
-/// Parses scan i+1 on a second thread while the caller works on scan i. The caller's vector and the next scan are
-/// all that is held. Same points in the same order as the source alone; an error in scan i+1 is thrown by the
-/// read() that asks for it.
+/// Parses scan i+1 on a second thread while the caller works on scan i. The caller's vector and the next scan
+/// are all that is held. Same points in the same order as the source alone; an error in scan i+1 is thrown by
+/// the read() that asks for it.
 class PrefetchingScanSource final : public ScanSource {
  public:
   explicit PrefetchingScanSource(std::unique_ptr<ScanSource> source);

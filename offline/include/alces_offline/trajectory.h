@@ -21,7 +21,8 @@ struct Trajectory {
 };
 
 /// Recognises by content, so the file's name does not matter:
-///   - TUM: `stamp x y z qx qy qz qw` a line, # comments (stamps that are all whole numbers count as scan numbers);
+///   - TUM: `stamp x y z qx qy qz qw` a line, # comments (stamps that are all whole numbers count as scan
+///   numbers);
 ///   - KITTI: the 12 numbers of a 3x4 matrix a line;
 ///   - 4x4 matrices, four lines a pose, also with the stamp in place of the last 1 (alidarPose.csv);
 ///   - a folder of 3DTK .frames (the last line's matrix) or, without them, .pose files, numbered by name;

@@ -1,0 +1,26 @@
+// Whole files into memory, and what else is asked of a file before it is parsed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace alces::offline {
+
+/// Replaces `bytes`; its memory is used again from file to file. InputError.
+void read_file(const std::filesystem::path& file, std::string& bytes);
+
+/// The files of a folder (no folders), in natural order; InputError when it cannot be listed.
+[[nodiscard]] std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
+
+/// scan9 before scan10: runs of digits compare as numbers.
+[[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
+
+/// The last run of digits in a file's name without extension: 7 of scan007.3d.
+[[nodiscard]] std::optional<std::uint64_t> number_in_name(const std::filesystem::path& file);
+
+}  // namespace alces::offline

@@ -1,0 +1,16 @@
+// LZF, the compression inside PCD's binary_compressed (Marc Lehmann's LibLZF: literals and back references of
+// at most 8 KiB distance and 264 bytes).
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace alces::offline {
+
+/// A compressed byte stands for fewer than this many.
+inline constexpr std::size_t lzf_largest_expansion = 88;
+
+/// False when `compressed` is damaged or does not fill `out` exactly.
+[[nodiscard]] bool lzf_decompress(std::string_view compressed, std::span<char> out);
+
+}  // namespace alces::offline

@@ -1,0 +1,56 @@
+#include <fmt/format.h>
+
+#include <iterator>
+#include <string>
+
+#include "alces_offline/map_writer.h"
+#include "alces_offline/output_file.h"
+
+namespace alces::offline {
+namespace {
+
+// 17 digits where it costs nothing to give all: an optimiser starts again from exactly these numbers.
+void append_pose(std::string& line, const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation_m;
+  const Eigen::Quaterniond& q = pose.rotation;
+  fmt::format_to(std::back_inserter(line), " {} {} {} {} {} {} {}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
+                 q.w());
+}
+
+}  // namespace
+
+Matrix6d g2o_information(const EdgeVariance& variance, const Eigen::Quaterniond& map_from_to) {
+  constexpr double axes = 3;
+  constexpr double half_angle = 4;  // (angle / half the angle)^2
+  const Eigen::Matrix3d turn = map_from_to.toRotationMatrix();
+  const Eigen::Vector3d along_map(1 / variance.x_m2, 1 / variance.y_m2, 1 / variance.z_m2);
+  Matrix6d information = Matrix6d::Zero();
+  information.topLeftCorner<3, 3>() = turn.transpose() * along_map.asDiagonal() * turn;
+  information.bottomRightCorner<3, 3>().diagonal().setConstant(half_angle * axes / variance.rotation_rad2);
+  return information;
+}
+
+void write_g2o(const std::filesystem::path& file, const PoseGraph& graph) {
+  OutputFile output(file);
+  std::string line;
+  for (std::uint32_t i = 0; i < graph.vertex_count(); ++i) {
+    line = fmt::format("VERTEX_SE3:QUAT {}", i);
+    append_pose(line, graph.poses()[i]);
+    output.write(line + "\n");
+  }
+  if (graph.vertex_count() > 0) output.write("FIX 0\n");
+  for (const Edge& edge : graph.edges()) {
+    line = fmt::format("EDGE_SE3:QUAT {} {}", edge.from, edge.to);
+    append_pose(line, edge.from_from_to);
+    const Matrix6d information = g2o_information(edge.variance, graph.poses()[edge.to].rotation);
+    for (int row = 0; row < 6; ++row) {
+      for (int column = row; column < 6; ++column) {
+        fmt::format_to(std::back_inserter(line), " {:.12g}", information(row, column));
+      }
+    }
+    output.write(line + "\n");
+  }
+  output.commit();
+}
+
+}  // namespace alces::offline

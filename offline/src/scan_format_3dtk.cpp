@@ -1,0 +1,96 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "alces_offline/error.h"
+#include "alces_offline/scan_format.h"
+#include "alces_offline/text_numbers.h"
+
+namespace alces::offline {
+namespace {
+
+constexpr double cm_per_m = 100.0;
+
+bool all_of(std::string_view token, std::string_view characters) {
+  return !token.empty() && token.find_first_not_of(characters) == std::string_view::npos;
+}
+
+std::string_view take_token(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+  const std::string_view token = line.substr(0, line.find_first_of(" \t\r"));
+  line.remove_prefix(token.size());
+  return token;
+}
+
+bool is_word(std::string_view token) {
+  constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+  return token.size() > 1 && all_of(token.substr(0, 2), letters) && token != "nan" && token != "inf" &&
+         token != "NaN" && token != "Inf" && token != "NAN" && token != "INF";
+}
+
+bool is_count(std::string_view token) {
+  return all_of(token, "0123456789");
+}
+
+// What 3DTK's tools put into the first line: a comment, words, a count of points, "361 rows 480 columns".
+bool is_header(std::string_view line) {
+  const std::string_view first = take_token(line);
+  const std::string_view second = take_token(line);
+  return (!first.empty() && first.front() == '#') || is_word(first) ||
+         (is_count(first) && (second.empty() || is_word(second)));
+}
+
+}  // namespace
+
+void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points) {
+  points.clear();
+  const char* at = scan.bytes.data();
+  const char* const end = at + scan.bytes.size();
+  std::size_t line = 1;
+  const std::string_view first_line = scan.bytes.substr(0, scan.bytes.find('\n'));
+  double promised = -1;
+  if (is_header(first_line)) {
+    std::string_view rest = first_line;
+    const std::string_view count = take_token(rest);
+    // only a lone number is a promise
+    if (is_count(count) && take_token(rest).empty() && parse_number(count.data(), end, promised) == nullptr) {
+      promised = -1;
+    }
+    at += first_line.size();
+  }
+  while (true) {
+    while (is_blank(*at)) ++at;
+    if (*at == '\n') {
+      ++at;
+      ++line;
+      continue;
+    }
+    if (at >= end) break;
+    if (*at != '#') {
+      std::array<double, 3> cm{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        while (is_blank(*at)) ++at;
+        const char* const next = parse_number(at, end, cm[i]);
+        if (next == nullptr || !(is_blank(*next) || *next == '\n' || next == end)) {
+          const std::string_view text(at, static_cast<std::size_t>(end - at));
+          throw InputError(
+              scan.file, line,
+              fmt::format("number {} of x y z is missing or is no number (\"{}\"); every line of a "
+                          "3DTK scan starts with three numbers in cm",
+                          i + 1, text.substr(0, std::min<std::size_t>(text.find_first_of(" \t\r\n"), 20))));
+        }
+        at = next;
+      }
+      points.push_back({static_cast<float>(cm[2] / cm_per_m), static_cast<float>(-cm[0] / cm_per_m),
+                        static_cast<float>(cm[1] / cm_per_m)});
+    }
+    while (*at != '\n' && at != end) ++at;
+  }
+  if (promised >= 0 && promised != static_cast<double>(points.size())) {
+    scan.warnings.push_back(fmt::format("{}: its first line promises {:.0f} points, {} are there",
+                                        scan.file.string(), promised, points.size()));
+  }
+}
+
+}  // namespace alces::offline

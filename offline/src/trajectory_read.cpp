@@ -1,0 +1,249 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <system_error>
+
+#include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/number_table.h"
+#include "alces_offline/text_numbers.h"
+#include "alces_offline/trajectory.h"
+#include "alces_offline/trajectory_files.h"
+
+namespace alces::offline {
+namespace {
+
+// How far a rotation may be from one before it is no rounding of a text file any more.
+constexpr double rotation_tolerance = 0.01;
+
+constexpr double rad_per_deg = 3.14159265358979323846 / 180.0;
+
+void check_finite(const std::filesystem::path& file, std::size_t line, std::span<const double> numbers) {
+  if (!std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); })) {
+    throw InputError(file, line, "a pose holds NaN or Inf; remove or correct it");
+  }
+}
+
+void check_rotation(const std::filesystem::path& file, std::size_t line, const Eigen::Matrix4d& matrix) {
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  const bool orthonormal =
+      (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <
+      rotation_tolerance;
+  if (!orthonormal || rotation.determinant() < 0) {
+    throw InputError(file, line,
+                     orthonormal ? "the matrix mirrors, it is no rotation; is its frame left-handed?"
+                                 : "the matrix is no rotation; its columns must be orthogonal, of length 1");
+  }
+}
+
+// Quaterniond of numbers x y z w
+Pose tum_pose(const std::filesystem::path& file, std::size_t line, std::span<const double> row) {
+  Pose pose;
+  pose.translation_m = {row[1], row[2], row[3]};
+  pose.rotation = Eigen::Quaterniond(row[7], row[4], row[5], row[6]);
+  if (std::abs(pose.rotation.norm() - 1.0) > rotation_tolerance) {
+    throw InputError(file, line,
+                     fmt::format("the quaternion has length {:.4g} instead of 1; TUM's order is stamp x y z "
+                                 "qx qy qz qw",
+                                 pose.rotation.norm()));
+  }
+  pose.rotation.normalize();
+  return pose;
+}
+
+Trajectory read_tum(const std::filesystem::path& file, const NumberTable& table) {
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    check_finite(file, table.line(i), table.row(i));
+    trajectory.stamps_s.push_back(table.row(i)[0]);
+    trajectory.poses.push_back(tum_pose(file, table.line(i), table.row(i)));
+  }
+  trajectory.has_time = std::any_of(trajectory.stamps_s.begin(), trajectory.stamps_s.end(),
+                                    [](double stamp) { return stamp != std::floor(stamp); });
+  return trajectory;
+}
+
+// `numbers`: the upper three rows of the matrix
+Pose matrix_pose(const std::filesystem::path& file, std::size_t line, std::span<const double> numbers) {
+  check_finite(file, line, numbers);
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(numbers.data());
+  check_rotation(file, line, matrix);
+  return Pose::from_matrix(matrix);
+}
+
+Trajectory read_kitti(const std::filesystem::path& file, const NumberTable& table) {
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    trajectory.stamps_s.push_back(static_cast<double>(i));
+    trajectory.poses.push_back(matrix_pose(file, table.line(i), table.row(i).first(12)));
+  }
+  return trajectory;
+}
+
+Trajectory read_matrices(const std::filesystem::path& file, const NumberTable& table) {
+  if (table.rows() % 4 != 0) {
+    throw InputError(
+        file, table.line(table.rows() - 1),
+        fmt::format("{} lines of four numbers are no whole number of 4x4 matrices; the file is cut off or "
+                    "has a line too many",
+                    table.rows()));
+  }
+  Trajectory trajectory;
+  bool all_ones = true;
+  for (std::size_t i = 0; i < table.rows(); i += 4) {
+    const std::span<const double> last = table.row(i + 3);
+    check_finite(file, table.line(i + 3), last);
+    if (last[0] != 0 || last[1] != 0 || last[2] != 0) {
+      throw InputError(file, table.line(i + 3),
+                       "the last line of a 4x4 matrix must be 0 0 0 1 or 0 0 0 STAMP");
+    }
+    all_ones = all_ones && last[3] == 1;
+    trajectory.stamps_s.push_back(last[3]);
+    trajectory.poses.push_back(matrix_pose(file, table.line(i), table.numbers().subspan(4 * i, 12)));
+  }
+  trajectory.has_time = !all_ones;
+  if (all_ones) {
+    for (std::size_t i = 0; i < trajectory.size(); ++i) trajectory.stamps_s[i] = static_cast<double>(i);
+  }
+  return trajectory;
+}
+
+Trajectory read_trajectory_file(const std::filesystem::path& file) {
+  const NumberTable table = NumberTable::read(file);
+  if (table.rows() == 0) throw InputError(file, "holds no poses");
+  const std::size_t columns = table.row(0).size();
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (table.row(i).size() != columns) {
+      throw InputError(file, table.line(i),
+                       fmt::format("has {} numbers where {} are expected, as in the lines before",
+                                   table.row(i).size(), columns));
+    }
+  }
+  switch (columns) {
+    case 8:
+      return read_tum(file, table);
+    case 4:
+      return read_matrices(file, table);
+    case 12:
+      return read_kitti(file, table);
+    case 16:
+      return read_kitti(file, table);  // the same with its last row
+    default:
+      throw InputError(
+          file, table.line(0),
+          fmt::format("lines of {} numbers are no trajectory; 8 (TUM), 12 (KITTI) or four lines of 4 "
+                      "(matrices) are read",
+                      columns));
+  }
+}
+
+std::vector<std::filesystem::path> files_ending(const std::vector<std::filesystem::path>& files,
+                                                std::string_view extension) {
+  std::vector<std::filesystem::path> chosen;
+  for (const std::filesystem::path& file : files) {
+    if (file.extension() == extension) chosen.push_back(file);
+  }
+  return chosen;
+}
+
+Trajectory read_3dtk_folder(const std::vector<std::filesystem::path>& files,
+                            Pose (*read)(const std::filesystem::path&)) {
+  Trajectory trajectory;
+  for (const std::filesystem::path& file : files) {
+    const auto number = number_in_name(file);
+    trajectory.stamps_s.push_back(static_cast<double>(number ? *number : trajectory.size()));
+    trajectory.poses.push_back(read(file));
+  }
+  return trajectory;
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> find_trajectory(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const char* name : {"trajectory.tum", "alidarPose.csv", "poses.txt"}) {
+    if (std::filesystem::is_regular_file(folder / name, ignored)) return folder / name;
+  }
+  const std::vector<std::filesystem::path> tum = files_ending(list_files(folder), ".tum");
+  if (tum.size() == 1) return tum.front();
+  return std::nullopt;
+}
+
+Trajectory read_trajectory(const std::filesystem::path& file_or_folder) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(file_or_folder, ignored)) return read_trajectory_file(file_or_folder);
+  if (std::filesystem::is_regular_file(file_or_folder / "trajectory.tum", ignored)) {
+    return read_trajectory_file(file_or_folder / "trajectory.tum");
+  }
+  const std::vector<std::filesystem::path> files = list_files(file_or_folder);
+  if (const auto frames = files_ending(files, ".frames"); !frames.empty()) {
+    return read_3dtk_folder(frames, read_3dtk_frames);
+  }
+  if (const auto poses = files_ending(files, ".pose"); !poses.empty())
+    return read_3dtk_folder(poses, read_3dtk_pose);
+  if (const auto beside = find_trajectory(file_or_folder)) return read_trajectory_file(*beside);
+  throw InputError(
+      file_or_folder,
+      "the folder holds no trajectory: no trajectory.tum, .frames, .pose, alidarPose.csv or poses.txt");
+}
+
+Pose read_3dtk_pose(const std::filesystem::path& file) {
+  const NumberTable table = NumberTable::read(file);
+  const std::span<const double> numbers = table.numbers();
+  if (numbers.size() != 6) {
+    throw InputError(
+        file, fmt::format("has {} numbers where 6 are expected: position in cm, Euler angles in degrees",
+                          numbers.size()));
+  }
+  check_finite(file, table.line(0), numbers);
+  return from_3dtk({{numbers[0], numbers[1], numbers[2]},
+                    rad_per_deg * Eigen::Vector3d(numbers[3], numbers[4], numbers[5])});
+}
+
+Pose read_3dtk_frames(const std::filesystem::path& file) {
+  const NumberTable table = NumberTable::read(file);
+  if (table.rows() == 0)
+    throw InputError(file, "holds no matrix; a .frames file has 16 numbers and a type a line");
+  const std::size_t last = table.rows() - 1;
+  const std::span<const double> row = table.row(last);
+  if (row.size() != 16 && row.size() != 17) {
+    throw InputError(
+        file, table.line(last),
+        fmt::format("has {} numbers where 16 are expected, and a 17th for the type", row.size()));
+  }
+  check_finite(file, table.line(last), row);
+  const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(row.data());  // column by column
+  check_rotation(file, table.line(last), matrix);
+  return from_matrix_3dtk(matrix);
+}
+
+Pose read_kitti_calibration(const std::filesystem::path& calib) {
+  std::string bytes;
+  read_file(calib, bytes);
+  const std::size_t begin = bytes.starts_with("Tr:") ? 0 : bytes.find("\nTr:");
+  std::vector<double> numbers;
+  if (begin != std::string::npos) {
+    const char* at = bytes.data() + bytes.find(':', begin) + 1;
+    const char* const end = bytes.data() + bytes.size();
+    double value = 0;
+    while (true) {
+      while (is_blank(*at)) ++at;
+      at = parse_number(at, end, value);
+      if (at == nullptr) break;
+      numbers.push_back(value);
+    }
+  }
+  if (numbers.size() != 12) throw InputError(calib, "has no line \"Tr:\" of 12 numbers");
+  return matrix_pose(calib, 1, numbers);
+}
+
+std::vector<double> read_times(const std::filesystem::path& file) {
+  const NumberTable table = NumberTable::read(file);
+  return {table.numbers().begin(), table.numbers().end()};
+}
+
+}  // namespace alces::offline
