@@ -3,7 +3,7 @@
 say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
 
 # Compilers at once: one a core, and 2 GB of free memory each.
-jobs() {
+job_count() {
   cores=$(nproc)
   free_gb=$(awk '/^MemAvailable/ {print int($2 / 1048576)}' /proc/meminfo)
   fitting=$((free_gb / 2))
@@ -22,5 +22,5 @@ build() {
     cat "build/$preset.configure.log" >&2
     return 1
   fi
-  cmake --build --preset "$preset" --parallel "$(jobs)" --target "${@:-all}"
+  cmake --build --preset "$preset" --parallel "$(job_count)" --target "${@:-all}"
 }
