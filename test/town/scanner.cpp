@@ -1,0 +1,68 @@
+#include "scanner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "random.h"
+
+namespace alces::town {
+
+Scanner::Scanner(const ScannerSettings& settings, std::uint64_t seed) : settings_(settings), seed_(seed) {
+  profiles_ = std::max<std::size_t>(1, (settings.points_per_scan + rays_per_profile / 2) / rays_per_profile);
+  for (std::size_t profile = 0; profile < profiles_; ++profile) {
+    const double yaw = 2 * std::numbers::pi * static_cast<double>(profile) / static_cast<double>(profiles_);
+    for (std::size_t ray = 0; ray < rays_per_profile; ++ray) {
+      const double elevation = (static_cast<double>(ray) - 90.0) * std::numbers::pi / 180.0;
+      directions_.emplace_back(std::cos(elevation) * std::cos(yaw), std::cos(elevation) * std::sin(yaw),
+                               std::sin(elevation));
+    }
+  }
+}
+
+void Scanner::scan(const Scene& scene, const Pose& town_from_body, std::size_t scan,
+                   std::vector<Point>& points) const {
+  points.clear();
+  const Eigen::Vector3d head(0, 0, settings_.height_m);
+  const Eigen::Matrix3d rotation = town_from_body.rotation.toRotationMatrix();
+  const Eigen::Vector3f origin = (town_from_body * head).cast<float>();
+  const auto limit = static_cast<float>(settings_.max_range_m);
+  const double steepest = -std::atan2(settings_.height_m - 0.3, settings_.own_radius_m);  // 0.3: height of the deck
+  const double own_z = std::sin(steepest);
+  Random random(mix(seed_, scan));
+
+  double before = -1;
+  for (std::size_t ray = 0; ray < directions_.size(); ++ray) {
+    if (ray % rays_per_profile == 0) before = -1;
+    const Eigen::Vector3d& direction = directions_[ray];
+    if (direction.z() < own_z) continue;
+    const Eigen::Vector3f ray_direction = (rotation * direction).cast<float>();
+    Hit hit = scene.cast(origin, ray_direction, limit);
+    const double luck = random.uniform();
+    const double noise = random.normal();
+    if (hit.surface == Surface::none) {
+      before = -1;
+      continue;
+    }
+    double range = static_cast<double>(hit.range_m);
+    if (hit.surface == Surface::glass) {
+      if (luck < settings_.window_share) continue;
+      if (luck < settings_.window_share + 0.12) range += 1.0 + 3.0 * random.uniform();  // into the room
+    }
+    // LMS 291: 30 m at 10 % reflectivity, falling with the square of the range; polished or grazed surfaces fade.
+    const double echo = static_cast<double>(hit.reflectivity * hit.cos_incidence);
+    const double needed = 0.1 * (range / 30.0) * (range / 30.0);
+    if (echo < needed * (0.6 + 0.8 * random.uniform())) continue;
+    const double here = range;
+    if (before > 0 && std::abs(before - range) > 0.3 && random.chance(settings_.mixed_share))
+      range = std::min(before, range) + random.uniform() * std::min(3.0, std::abs(before - range));
+    before = here;
+    range += settings_.noise_m * noise;
+    if (settings_.quantum_m > 0) range = settings_.quantum_m * std::round(range / settings_.quantum_m);
+    if (range < 0.2 || range > settings_.max_range_m) continue;
+    const Eigen::Vector3f point = (head + range * direction).cast<float>();
+    points.push_back({point.x(), point.y(), point.z()});
+  }
+}
+
+}  // namespace alces::town
