@@ -19,7 +19,7 @@ STANDARD = {
     "algorithm", "array", "bit", "cmath", "compare", "concepts", "cstddef", "cstdint", "cstdlib", "cstring",
     "initializer_list", "iterator", "limits", "memory", "new", "numbers", "numeric", "optional", "ratio", "span",
     "string_view", "tuple", "type_traits", "utility", "variant",
-    "immintrin.h", "arm_neon.h",  # vector instructions, where the compiler says that they are there
+    "emmintrin.h", "immintrin.h", "arm_neon.h",  # vector instructions, where the compiler says that they are there
 }
 EIGEN = {"Eigen/Core", "Eigen/Geometry", "Eigen/Cholesky", "Eigen/Eigenvalues", "Eigen/LU", "Eigen/QR", "Eigen/SVD",
          "Eigen/Dense"}
