@@ -21,6 +21,7 @@ const char* text(Status status) {
     case Status::archive_write_failed: return "the scan archive could not be written";
     case Status::archive_read_failed: return "the scan archive could not be read";
     case Status::disconnected: return "no way through the graph joins the two vertices";
+    case Status::no_loop: return "the loop's first and last vertex are the same";
   }
   return "unknown status";
 }

@@ -21,6 +21,7 @@ enum class Status {
   archive_write_failed, ///< the ScanArchive could not store a scan
   archive_read_failed,  ///< the ScanArchive could not bring a scan back
   disconnected,         ///< no way through the graph joins the two vertices
+  no_loop,              ///< the loop's first and last vertex are the same
 };
 
 /// A short English sentence for people; never null, static storage.
