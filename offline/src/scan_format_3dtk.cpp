@@ -23,10 +23,13 @@ std::string_view take_token(std::string_view& line) {
   return token;
 }
 
-bool is_word(std::string_view token) {
-  constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
-  return token.size() > 1 && all_of(token.substr(0, 2), letters) && token != "nan" && token != "inf" &&
-         token != "NaN" && token != "Inf" && token != "NAN" && token != "INF";
+// Begins with `letters` letters and is no NaN or Inf.
+bool is_word(std::string_view token, std::size_t letters) {
+  constexpr std::string_view alphabet = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+  double value = 0;
+  const std::string text(token);  // for the 0 behind it
+  return token.size() >= letters && all_of(token.substr(0, letters), alphabet) &&
+         parse_number(text.data(), text.data() + text.size(), value) == nullptr;
 }
 
 bool is_count(std::string_view token) {
@@ -37,8 +40,8 @@ bool is_count(std::string_view token) {
 bool is_header(std::string_view line) {
   const std::string_view first = take_token(line);
   const std::string_view second = take_token(line);
-  return (!first.empty() && first.front() == '#') || is_word(first) ||
-         (is_count(first) && (second.empty() || is_word(second)));
+  return (!first.empty() && first.front() == '#') || is_word(first, 1) ||
+         (is_count(first) && (second.empty() || is_word(second, 2)));
 }
 
 }  // namespace
