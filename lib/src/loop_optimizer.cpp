@@ -11,10 +11,9 @@
 //    these are in Omega now or have no open chain.
 // 3. A chain u-v of length c whose ends lie in the regions of two members of Omega is a meeting, with key
 //    d(u) + c + d(v); the lowest key of all is the length of the shortest path between any two members. Keys
-//    only fall as well, and they are renewed whenever an end is settled. When a meeting comes out of the
-//    heap, everything that could lower its key or change its regions has a lower key and came out before
-//    (equal keys: junctions have lower ids than meetings), so only "are the regions still two" is left to
-//    check.
+//    only fall as well, and they are renewed whenever an end is settled. A meeting is taken when all
+//    junctions up to its key are settled; whatever could lower its key or change its regions is among these,
+//    so only "are the regions still two" is left to check.
 // A member of Omega that has no open chain is never met again: it need not be dropped.
 //
 // When no meeting is left, every open component holds one member of Omega: these are the branches. They do
@@ -24,7 +23,6 @@
 #include "alces/loop_optimizer.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace alces {
 namespace {
@@ -50,7 +48,7 @@ void LoopOptimizer::Heap::insert_or_lower(std::uint32_t id, double key) {
   const Entry entry{key, id};
   while (at > 0) {
     const std::uint32_t above = (at - 1) / 2;
-    if (!less(entry, entries_[above])) break;
+    if (entry.key >= entries_[above].key) break;
     entries_[at] = entries_[above];
     place_[entries_[at].id] = at;
     at = above;
@@ -66,8 +64,8 @@ std::uint32_t LoopOptimizer::Heap::pop() {
   if (size_ == 0) return lowest;
   std::uint32_t at = 0;
   for (std::uint32_t child = 1; child < size_; child = 2 * at + 1) {
-    if (child + 1 < size_ && less(entries_[child + 1], entries_[child])) ++child;
-    if (!less(entries_[child], last)) break;
+    child += static_cast<std::uint32_t>(child + 1 < size_ && entries_[child + 1].key < entries_[child].key);
+    if (entries_[child].key >= last.key) break;
     entries_[at] = entries_[child];
     place_[entries_[at].id] = at;
     at = child;
@@ -145,13 +143,12 @@ void LoopOptimizer::walk_chain(const PoseGraph& graph, std::uint32_t junction, s
 
   const std::uint32_t end = junction_at(graph, steps[step - 1].vertex);
   const std::uint32_t chain = chain_count_++;
-  chains_[chain] = {{junction, end}, step_count_, step};
+  chains_[chain] = {step_count_, step};
   step_count_ = step;
-  for (std::uint32_t side = 0; side < 2; ++side) {
-    std::uint32_t& first = junctions_[chains_[chain].junctions[side]].first_half_chain;
-    next_half_chain_[2 * chain + side] = first;
-    first = 2 * chain + side;
-  }
+  half_chains_[2 * chain] = {junctions_[junction].first_half_chain, end};
+  junctions_[junction].first_half_chain = 2 * chain;
+  half_chains_[2 * chain + 1] = {junctions_[end].first_half_chain, junction};
+  junctions_[end].first_half_chain = 2 * chain + 1;
 }
 
 void LoopOptimizer::find_trails(std::span<const double> distance) {
@@ -159,20 +156,23 @@ void LoopOptimizer::find_trails(std::span<const double> distance) {
     reach_[junction] = {std::numeric_limits<double>::infinity(), no_index, no_index,
                         junctions_[junction].degree};
   }
-  std::ranges::fill(chain_is_open_.first(chain_count_), std::uint8_t{1});
-  heap_.clear(junction_count_ + chain_count_);
+  for (std::uint32_t chain = 0; chain < chain_count_; ++chain) {
+    open_length_[chain] = distance[chains_[chain].end_step - 1];
+  }
+  unsettled_.clear(junction_count_);
+  meetings_.clear(chain_count_);
   path_count_ = trail_count_ = 0;
   join_omega(junction_of_vertex_[f_]);
   join_omega(junction_of_vertex_[l_]);
-  while (!heap_.empty()) {
-    const std::uint32_t id = heap_.pop();
-    if (id < junction_count_) {
-      settle(id, distance);
+  for (;;) {
+    if (!unsettled_.empty() && (meetings_.empty() || unsettled_.lowest_key() <= meetings_.lowest_key())) {
+      settle(unsettled_.pop());
       continue;
     }
-    const std::uint32_t chain = id - junction_count_;
-    const auto [u, v] = chains_[chain].junctions;
-    if (chain_is_open_[chain] != 0 && reach_[u].source != reach_[v].source) close_path(chain);
+    if (meetings_.empty()) break;
+    const std::uint32_t chain = meetings_.pop();
+    const bool joins_two = reach_[source(2 * chain)].source != reach_[target(2 * chain)].source;
+    if (joins_two && open_length_[chain] != closed) close_path(chain);
   }
   if (!branches_are_known_) find_branches();
 }
@@ -182,28 +182,29 @@ void LoopOptimizer::join_omega(std::uint32_t junction) {
   reach.distance = 0;
   reach.source = junction;
   reach.arrived_by = no_index;
-  if (reach.open_chains > 0) heap_.insert_or_lower(junction, 0);
+  if (reach.open_chains > 0) unsettled_.insert_or_lower(junction, 0);
 }
 
-void LoopOptimizer::settle(std::uint32_t junction, std::span<const double> distance) {
+void LoopOptimizer::settle(std::uint32_t junction) {
   const Reach here = reach_[junction];
   std::uint32_t half_chain = junctions_[junction].first_half_chain;
-  for (; half_chain != no_index; half_chain = next_half_chain_[half_chain]) {
-    const std::uint32_t chain = half_chain / 2;
-    if (chain_is_open_[chain] == 0) continue;
+  for (; half_chain != no_index; half_chain = half_chains_[half_chain].next) {
+    const double length = open_length_[half_chain / 2];
+    if (length == closed) continue;
     const std::uint32_t neighbour = target(half_chain);
     Reach& there = reach_[neighbour];
-    const double distance_there = here.distance + distance[chains_[chain].end_step - 1];
-    // the second case: this junction's own distance fell by less than the sum can show
-    if (distance_there < there.distance ||
-        (distance_there == there.distance && there.arrived_by == half_chain && there.source != here.source)) {
+    const double distance_there = here.distance + length;
+    // when this junction's own distance fell by less than the sum can show, its source is news all the same
+    const bool is_nearer = distance_there < there.distance;
+    const bool is_renamed = distance_there == there.distance && there.arrived_by == half_chain;
+    if (there.source == here.source && !is_nearer) continue;
+    if (is_nearer || is_renamed) {
       there.distance = distance_there;
       there.source = here.source;
       there.arrived_by = half_chain;
-      heap_.insert_or_lower(neighbour, distance_there);
-    } else if (there.source != here.source &&
-               !heap_.holds(neighbour)) {  // if it does, it will see this meeting
-      heap_.insert_or_lower(junction_count_ + chain, distance_there + there.distance);
+      unsettled_.insert_or_lower(neighbour, distance_there);
+    } else if (!unsettled_.holds(neighbour)) {  // if it does, it will find this meeting
+      meetings_.insert_or_lower(half_chain / 2, distance_there + there.distance);
     }
   }
 }
@@ -212,22 +213,23 @@ void LoopOptimizer::settle(std::uint32_t junction, std::span<const double> dista
 void LoopOptimizer::close_path(std::uint32_t chain) {
   const std::uint32_t begin = path_count_ == 0 ? 0 : path_end_[path_count_ - 1];
   std::uint32_t end = begin;
-  const auto [u, v] = chains_[chain].junctions;
-  for (std::uint32_t h = reach_[u].arrived_by; h != no_index; h = reach_[target(h ^ 1)].arrived_by) {
+  const std::uint32_t u = source(2 * chain);
+  const std::uint32_t v = target(2 * chain);
+  for (std::uint32_t h = reach_[u].arrived_by; h != no_index; h = reach_[source(h)].arrived_by) {
     path_half_chains_[end++] = h;
   }
   std::ranges::reverse(path_half_chains_.subspan(begin, end - begin));
   path_half_chains_[end++] = 2 * chain;
-  for (std::uint32_t h = reach_[v].arrived_by; h != no_index; h = reach_[target(h ^ 1)].arrived_by) {
+  for (std::uint32_t h = reach_[v].arrived_by; h != no_index; h = reach_[source(h)].arrived_by) {
     path_half_chains_[end++] = h ^ 1;
   }
   path_end_[path_count_++] = end;
 
   const std::span<const std::uint32_t> path = path_half_chains_.subspan(begin, end - begin);
   for (const std::uint32_t h : path) {
-    chain_is_open_[h / 2] = 0;
+    open_length_[h / 2] = closed;
+    --reach_[source(h)].open_chains;
     --reach_[target(h)].open_chains;
-    --reach_[target(h ^ 1)].open_chains;
   }
   for (const std::uint32_t h : path.first(path.size() - 1)) join_omega(target(h));
 }
@@ -253,9 +255,9 @@ void LoopOptimizer::find_branches() {
 void LoopOptimizer::add_branch(std::uint32_t junction, std::uint32_t root_vertex) {
   reach_[junction].source = no_index;  // visited
   std::uint32_t half_chain = junctions_[junction].first_half_chain;
-  for (; half_chain != no_index; half_chain = next_half_chain_[half_chain]) {
-    if (chain_is_open_[half_chain / 2] == 0) continue;
-    chain_is_open_[half_chain / 2] = 0;
+  for (; half_chain != no_index; half_chain = half_chains_[half_chain].next) {
+    if (open_length_[half_chain / 2] == closed) continue;
+    open_length_[half_chain / 2] = closed;
     const Chain& chain = chains_[half_chain / 2];
     std::uint32_t parent = junctions_[junction].vertex;
     const std::uint32_t last = chain.end_step - 1;
@@ -292,7 +294,7 @@ Status LoopOptimizer::weights(LoopCost cost, std::span<double> weights) {
     begin = end;
     double path_length = 0;
     for (const std::uint32_t h : path) path_length += distance[chains_[h / 2].end_step - 1];
-    const double start_weight = weights[junctions_[target(path.front() ^ 1)].vertex];
+    const double start_weight = weights[junctions_[source(path.front())].vertex];
     const double end_weight = weights[junctions_[target(path.back())].vertex];
     const double slope = (end_weight - start_weight) / path_length;
     const auto [lowest, highest] = std::minmax(start_weight, end_weight);  // against the last bit's rounding
@@ -328,8 +330,7 @@ Status LoopOptimizer::decompose(LoopCost cost) {
     const std::span<const std::uint32_t> path = path_half_chains_.subspan(begin, end - begin);
     begin = end;
     Trail& trail = trails_[trail_count_++];
-    trail = {junctions_[target(path.front() ^ 1)].vertex, junctions_[target(path.back())].vertex, step_count,
-             0};
+    trail = {junctions_[source(path.front())].vertex, junctions_[target(path.back())].vertex, step_count, 0};
     for (const std::uint32_t h : path) {
       const Chain& chain = chains_[h / 2];
       if ((h & 1) == 0) {
@@ -339,7 +340,7 @@ Status LoopOptimizer::decompose(LoopCost cost) {
       }
       for (std::uint32_t i = chain.end_step; i-- > chain.first_step;) {
         const std::uint32_t vertex =
-            i == chain.first_step ? junctions_[chain.junctions[0]].vertex : chain_steps_[i - 1].vertex;
+            i == chain.first_step ? junctions_[target(h)].vertex : chain_steps_[i - 1].vertex;
         trail_steps_[step_count++] = {chain_steps_[i].half_edge ^ 1, vertex};
       }
     }

@@ -20,12 +20,13 @@
 //
 // Cost: prepare O(n + m); a run O(n) to write the weights plus, with j junctions (j <= 2 loops + tree ends),
 // O(j log j) when the search is local and at worst O(j log j) for each trail.
-// Memory: 76 bytes a vertex and 119 bytes an edge of the capacity.
+// Memory: 76 bytes a vertex and 126 bytes an edge of the capacity.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "alces/arena.h"
@@ -68,7 +69,7 @@ class LoopOptimizer {
   /// For graphs of up to `capacity`.
   // The capacities suffice for any graph: every edge lies in exactly one chain and every chain in at most one
   // trail, so steps, chains, the chains of all trails and trails are no more than edges; junctions and
-  // branch vertices are distinct vertices; the heap holds a junction and a chain at most once.
+  // branch vertices are distinct vertices; a heap holds a junction or a chain at most once.
   constexpr LoopOptimizer(Arena& arena, const PoseGraph::Capacity& capacity)
       : junction_of_vertex_(arena.allocate<std::uint32_t>(capacity.vertices)),
         junctions_(arena.allocate<Junction>(capacity.vertices)),
@@ -76,8 +77,8 @@ class LoopOptimizer {
         branches_(arena.allocate<BranchVertex>(capacity.vertices)),
         half_edge_is_walked_(arena.allocate<std::uint8_t>(2 * std::size_t{capacity.edges})),
         chains_(arena.allocate<Chain>(capacity.edges)),
-        chain_is_open_(arena.allocate<std::uint8_t>(capacity.edges)),
-        next_half_chain_(arena.allocate<std::uint32_t>(2 * std::size_t{capacity.edges})),
+        open_length_(arena.allocate<double>(capacity.edges)),
+        half_chains_(arena.allocate<HalfChain>(2 * std::size_t{capacity.edges})),
         chain_steps_(arena.allocate<TrailStep>(capacity.edges)),
         distance_{arena.allocate<double>(capacity.edges), arena.allocate<double>(capacity.edges),
                   arena.allocate<double>(capacity.edges), arena.allocate<double>(capacity.edges)},
@@ -85,7 +86,8 @@ class LoopOptimizer {
         path_end_(arena.allocate<std::uint32_t>(capacity.edges)),
         trails_(arena.allocate<Trail>(capacity.edges)),
         trail_steps_(arena.allocate<TrailStep>(capacity.edges)),
-        heap_(arena, std::size_t{capacity.vertices} + capacity.edges) {}
+        unsettled_(arena, capacity.vertices),
+        meetings_(arena, capacity.edges) {}
 
   /// Reads the graph for the loop from vertex f to vertex l. What it needs it copies: the graph may change
   /// afterwards, the weights are those of the graph as it was.
@@ -121,12 +123,16 @@ class LoopOptimizer {
     std::uint32_t first_half_chain = 0;
   };
 
-  /// An edge of the contracted graph: chain_steps_[first_step, end_step) lead from one junction to the other.
-  /// Half-chain 2c leaves the first, 2c + 1 the second, as the half-edges of a PoseGraph do.
+  /// An edge of the contracted graph: chain_steps_[first_step, end_step) lead from one junction to another.
   struct Chain {
-    std::array<std::uint32_t, 2> junctions{};
     std::uint32_t first_step = 0;
     std::uint32_t end_step = 0;
+  };
+
+  /// Half-chain 2c follows chain c, 2c + 1 goes against it, as the half-edges of a PoseGraph do.
+  struct HalfChain {
+    std::uint32_t next = 0;  ///< of those that leave the same junction
+    std::uint32_t target = 0;
   };
 
   /// What the search knows of a junction.
@@ -144,10 +150,11 @@ class LoopOptimizer {
         : entries_(arena.allocate<Entry>(capacity)), place_(arena.allocate<std::uint32_t>(capacity)) {}
     void clear(std::uint32_t id_count);
     [[nodiscard]] bool empty() const { return size_ == 0; }
+    [[nodiscard]] double lowest_key() const { return entries_[0].key; }
     [[nodiscard]] bool holds(std::uint32_t id) const { return place_[id] != no_index; }
     /// Inserts the id, or lowers its key, or leaves it where it is when its key is lower.
     void insert_or_lower(std::uint32_t id, double key);
-    /// Removes and returns the id of the lowest key; among equal keys the lowest id.
+    /// Removes and returns the id of the lowest key.
     std::uint32_t pop();
 
    private:
@@ -155,10 +162,6 @@ class LoopOptimizer {
       double key = 0;
       std::uint32_t id = 0;
     };
-    static bool less(const Entry& a, const Entry& b) {
-      return a.key < b.key || (a.key == b.key && a.id < b.id);
-    }
-
     std::span<Entry> entries_;
     std::span<std::uint32_t> place_;
     std::uint32_t size_ = 0;
@@ -167,14 +170,19 @@ class LoopOptimizer {
   std::uint32_t junction_at(const PoseGraph& graph, std::uint32_t vertex);
   void walk_chain(const PoseGraph& graph, std::uint32_t junction, std::uint32_t half_edge);
   void find_trails(std::span<const double> distance);
-  void settle(std::uint32_t junction, std::span<const double> distance);
+  void settle(std::uint32_t junction);
   void join_omega(std::uint32_t junction);
   void close_path(std::uint32_t chain);
   void find_branches();
   void add_branch(std::uint32_t junction, std::uint32_t root_vertex);
 
+  static constexpr double closed = std::numeric_limits<double>::infinity();
+
+  [[nodiscard]] std::uint32_t source(std::uint32_t half_chain) const {
+    return half_chains_[half_chain ^ 1].target;
+  }
   [[nodiscard]] std::uint32_t target(std::uint32_t half_chain) const {
-    return chains_[half_chain / 2].junctions[(half_chain & 1) ^ 1];
+    return half_chains_[half_chain].target;
   }
 
   std::span<std::uint32_t> junction_of_vertex_;
@@ -183,15 +191,16 @@ class LoopOptimizer {
   std::span<BranchVertex> branches_;
   std::span<std::uint8_t> half_edge_is_walked_;
   std::span<Chain> chains_;
-  std::span<std::uint8_t> chain_is_open_;  ///< not yet part of a trail
-  std::span<std::uint32_t> next_half_chain_;
+  std::span<double> open_length_;  ///< of each chain, in this run's cost; `closed` once a trail runs over it
+  std::span<HalfChain> half_chains_;
   std::span<TrailStep> chain_steps_;
   std::array<std::span<double>, 4> distance_;  ///< per LoopCost, beside chain_steps_: from the chain's begin
   std::span<std::uint32_t> path_half_chains_;  ///< the trails of this run, as half-chains from start to end
   std::span<std::uint32_t> path_end_;          ///< where in path_half_chains_ each of them ends
   std::span<Trail> trails_;
   std::span<TrailStep> trail_steps_;
-  Heap heap_;  ///< junctions to settle (id: junction) and meetings of two regions (id: junctions + chain)
+  Heap unsettled_;  ///< junctions, by distance
+  Heap meetings_;   ///< chains between two regions, by the length of the way through them
 
   std::uint32_t f_ = 0;
   std::uint32_t l_ = 0;
