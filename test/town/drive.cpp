@@ -82,7 +82,7 @@ LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings) {
 
   // The middle of the first stretch (blocks 0 to 4 are alike with 8 to 12), and the scan nearest to its counterpart.
   const double middle_m = 1.5 * block_m;
-  LookAlike result{std::move(drive), static_cast<std::size_t>(middle_m / Route::step_m), 0};
+  LookAlike result{std::move(drive), static_cast<std::size_t>(middle_m / Route::step_m), 0, {}};
   const Eigen::Vector3d here = result.drive.truth(result.first).translation_m;
   double best = 1e9;
   for (std::size_t i = result.first; i < result.drive.size(); ++i) {
@@ -92,6 +92,9 @@ LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings) {
       result.second = i;
     }
   }
+  Pose moved = result.drive.town_from_body(result.second);
+  moved.translation_m.head<2>() -= tour.layout.period_m * result.drive.town().east();
+  result.first_from_second = result.drive.town_from_body(result.first).inverse() * moved;
   return result;
 }
 

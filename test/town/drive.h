@@ -45,7 +45,10 @@ class Drive {
   [[nodiscard]] const Pose& odometry(std::size_t index) const { return odometry_[index]; }
   /// Rays cast a scan.
   [[nodiscard]] std::size_t rays() const { return scanner_.rays(); }
+  /// Way round the tour before it starts over.
   [[nodiscard]] double tour_length_m() const { return tour_length_m_; }
+  [[nodiscard]] const Town& town() const { return *town_; }
+  [[nodiscard]] const Pose& town_from_body(std::size_t index) const { return town_from_body_[index]; }
 
  private:
   std::shared_ptr<const Town> town_;
@@ -57,11 +60,12 @@ class Drive {
 [[nodiscard]] Drive drive(const DriveSettings& settings);
 
 /// A drive along one street, of which two stretches 384 m apart are built alike (houses, trees, ground; not the parked
-/// cars): scans `first` and `second` see the same, though they are far from each other. 395 scans.
+/// cars): scans `first` and `second` see the same, though they are far from each other. 394 scans.
 struct LookAlike {
   Drive drive;
   std::size_t first;
   std::size_t second;
+  Pose first_from_second;  ///< the false match: where the second scan seems to have been taken, seen from the first
 };
 [[nodiscard]] LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings = {});
 

@@ -64,7 +64,7 @@ Tour make_tour(std::size_t scans, std::uint64_t seed) {
     std::vector<double> at{0};
     for (int block = 0; block < 5; ++block) {
       const double jitter = random.uniform(-5, 5);
-      at.push_back(at.back() + (block == 2 && middle_m > 0 ? middle_m : 49.5 + jitter));
+      at.push_back(at.back() + (block == 2 && middle_m > 0 ? middle_m : 47.0 + jitter));
     }
     return at;
   };

@@ -35,6 +35,8 @@ class Town {
     return static_cast<double>(
         scene_.ground.height_m(static_cast<float>(xy_m.x()), static_cast<float>(xy_m.y())));
   }
+  /// Direction of the plan's u axis in the town frame.
+  [[nodiscard]] const Eigen::Vector2d& east() const { return east_; }
   [[nodiscard]] const Scene& scene() const { return scene_; }
 
  private:
@@ -66,7 +68,7 @@ class Town {
   Scene scene_;
 };
 
-/// Length of a footway beside the roadway, and the height of its curb.
+/// Width of a footway beside the roadway, and the height of its curb.
 constexpr double footway_m = 2.4;
 constexpr double curb_m = 0.12;
 

@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
     return 3;
   }
   town::LookAlike alike{look_alike ? town::look_alike_drive(settings.seed, settings)
-                                   : town::LookAlike{town::drive(settings), 0, 0}};
+                                   : town::LookAlike{town::drive(settings), 0, 0, {}}};
   const town::Drive& drive = alike.drive;
   if (look_alike) fmt::print("scans {} and {} look alike\n", alike.first, alike.second);
 
