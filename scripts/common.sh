@@ -1,6 +1,8 @@
 # Shared by the scripts beside it; sourced with the repository as working directory.
 
-say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
+say() {
+  if [ -t 2 ]; then printf '\033[1m%s\033[0m\n' "$*" >&2; else printf '== %s\n' "$*" >&2; fi
+}
 
 # Compilers at once: one a core, and 2 GB of free memory each.
 job_count() {
