@@ -1,6 +1,8 @@
-// PCL's ICP and GICP on a drive, scan against the one before, as a peer for our front end: time a scan and drift.
+// PCL's ICP and GICP on a drive, scan against the one before, as a peer for our front end: time a scan and
+// drift.
 //   bench_pcl_drive --method gicp --scans 924 --seed 1        the synthetic town
-//   bench_pcl_drive --method icp --folder DIR                 scanNNN.pcd, odometry.tum, truth.tum as alces_town writes
+//   bench_pcl_drive --method icp --folder DIR                 scanNNN.pcd, odometry.tum, truth.tum as
+//   alces_town writes
 #include <fmt/core.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/pcl_config.h>
@@ -45,7 +47,8 @@ std::vector<Pose> read_tum(const std::filesystem::path& path) {
     Pose pose;
     Eigen::Vector3d& t = pose.translation_m;
     Eigen::Quaterniond& q = pose.rotation;
-    if (numbers >> stamp >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w()) poses.push_back(pose);
+    if (numbers >> stamp >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w())
+      poses.push_back(pose);
   }
   return poses;
 }
@@ -102,7 +105,8 @@ double mean(const std::vector<double>& values) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("PCL's ICP and GICP, pairwise, on a drive: time a scan and drift without loop closing. One thread");
+  CLI::App app(
+      "PCL's ICP and GICP, pairwise, on a drive: time a scan and drift without loop closing. One thread");
   std::string method = "gicp";
   std::string folder, out;
   std::size_t stride = 1;
@@ -111,14 +115,22 @@ int main(int argc, char** argv) {
   alces::town::DriveSettings settings;
   auto* scans = app.add_option("--scans", settings.scans, "Scans of the drive")->capture_default_str();
   app.add_option("--seed", settings.seed, "Of the town")->capture_default_str();
-  app.add_option("--points-per-scan", settings.scanner.points_per_scan, "Of the town's scanner")->capture_default_str();
-  app.add_option("--noise-mm", [&](const std::vector<std::string>& text) {
-    settings.scanner.noise_m = std::stod(text.front()) / 1000;
-    return true;
-  }, "Of the town's scanner (15)");
+  app.add_option("--points-per-scan", settings.scanner.points_per_scan, "Of the town's scanner")
+      ->capture_default_str();
+  app.add_option(
+      "--noise-mm",
+      [&](const std::vector<std::string>& text) {
+        settings.scanner.noise_m = std::stod(text.front()) / 1000;
+        return true;
+      },
+      "Of the town's scanner (15)");
   app.add_option("--folder", folder, "A folder of scans instead of the town");
-  app.add_option("--stride", stride, "Use every n-th scan")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--method", method, "icp or gicp")->check(CLI::IsMember({"icp", "gicp"}))->capture_default_str();
+  app.add_option("--stride", stride, "Use every n-th scan")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--method", method, "icp or gicp")
+      ->check(CLI::IsMember({"icp", "gicp"}))
+      ->capture_default_str();
   app.add_option("--voxel", voxel_m, "Edge of a reduction cell, m")->capture_default_str();
   app.add_option("--max-distance", limit_m, "Of correspondences, m")->capture_default_str();
   app.add_option("--iterations", iterations, "At most")->capture_default_str();
@@ -180,13 +192,14 @@ int main(int argc, char** argv) {
       const Eigen::Vector3d error = map_from_body.translation_m - input.truth[i].translation_m;
       errors_m.push_back(error.norm());
       errors_xy_m.push_back(error.head<2>().norm());
-      errors_deg.push_back(alces::angle_between_rad(map_from_body.rotation, input.truth[i].rotation) * 57.29577951);
+      errors_deg.push_back(alces::angle_between_rad(map_from_body.rotation, input.truth[i].rotation) *
+                           57.29577951);
     }
     if (trajectory.is_open()) {
       const Eigen::Vector3d& t = map_from_body.translation_m;
       const Eigen::Quaterniond& q = map_from_body.rotation;
-      trajectory << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(), t.z(), q.x(),
-                                q.y(), q.z(), q.w());
+      trajectory << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(),
+                                t.z(), q.x(), q.y(), q.z(), q.w());
     }
     before = cloud;
     map_from_before = map_from_body;
@@ -194,15 +207,16 @@ int main(int argc, char** argv) {
     if (i % 20 == 0) fmt::print(stderr, "\r{} of {}", i, input.size);
   }
   fmt::print(stderr, "\r");
-  fmt::print("PCL {} {}: {} scans, {:.0f} points, {:.0f} after reduction to {} m\n", PCL_VERSION_PRETTY, method,
-             points.size(), mean(points), mean(reduced), voxel_m);
+  fmt::print("PCL {} {}: {} scans, {:.0f} points, {:.0f} after reduction to {} m\n", PCL_VERSION_PRETTY,
+             method, points.size(), mean(points), mean(reduced), voxel_m);
   fmt::print("  time a scan [ms]: median {:.1f}, mean {:.1f}, worst {:.1f}; of it reduction median {:.1f}\n",
              median(total_ms), mean(total_ms),
              total_ms.empty() ? 0.0 : *std::max_element(total_ms.begin(), total_ms.end()), median(reduce_ms));
   if (!errors_m.empty())
-    fmt::print("  error without loops, no alignment: mean {:.3f} m (x,y {:.3f} m), {:.3f} deg; end {:.3f} m; "
-               "a step: median {:.4f} m, worst {:.3f} m\n",
-               mean(errors_m), mean(errors_xy_m), mean(errors_deg), errors_m.back(), median(step_errors_m),
-               step_errors_m.empty() ? 0.0 : *std::max_element(step_errors_m.begin(), step_errors_m.end()));
+    fmt::print(
+        "  error without loops, no alignment: mean {:.3f} m (x,y {:.3f} m), {:.3f} deg; end {:.3f} m; "
+        "a step: median {:.4f} m, worst {:.3f} m\n",
+        mean(errors_m), mean(errors_xy_m), mean(errors_deg), errors_m.back(), median(step_errors_m),
+        step_errors_m.empty() ? 0.0 : *std::max_element(step_errors_m.begin(), step_errors_m.end()));
   return 0;
 }

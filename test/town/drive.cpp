@@ -11,9 +11,11 @@ namespace {
 
 constexpr double deg = std::numbers::pi / 180.0;
 
-std::vector<Pose> drift(const std::vector<Pose>& truth, const OdometrySettings& settings, std::uint64_t seed) {
+std::vector<Pose> drift(const std::vector<Pose>& truth, const OdometrySettings& settings,
+                        std::uint64_t seed) {
   Random random(mix(seed, 40));
-  const double scale = 1.0 + settings.scale_error * random.uniform(0.7, 1.3) * (random.chance(0.5) ? 1.0 : -1.0);
+  const double scale =
+      1.0 + settings.scale_error * random.uniform(0.7, 1.3) * (random.chance(0.5) ? 1.0 : -1.0);
   const double turn_scale = 1.0 + settings.turn_scale_error * random.normal();
   const double bias = settings.heading_bias_deg_per_m * deg * random.normal();
   std::vector<Pose> odometry(1);
@@ -60,7 +62,9 @@ std::vector<Point> Drive::points(std::size_t index) const {
   return result;
 }
 
-Drive drive(const DriveSettings& settings) { return {settings, make_tour(settings.scans, settings.seed)}; }
+Drive drive(const DriveSettings& settings) {
+  return {settings, make_tour(settings.scans, settings.seed)};
+}
 
 LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings) {
   constexpr double block_m = 48;
@@ -80,7 +84,8 @@ LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings) {
   drive_settings.scans = static_cast<std::size_t>(block_m * (columns - 2) / Route::step_m);
   Drive drive(drive_settings, tour);
 
-  // The middle of the first stretch (blocks 0 to 4 are alike with 8 to 12), and the scan nearest to its counterpart.
+  // The middle of the first stretch (blocks 0 to 4 are alike with 8 to 12), and the scan nearest to its
+  // counterpart.
   const double middle_m = 1.5 * block_m;
   LookAlike result{std::move(drive), static_cast<std::size_t>(middle_m / Route::step_m), 0, {}};
   const Eigen::Vector3d here = result.drive.truth(result.first).translation_m;

@@ -1,5 +1,6 @@
-// A synthetic drive through a town, with everything a mapper gets (points, odometry) and what it is measured by (truth).
-// Scans are cast when asked for: about 20 ms each, nothing is kept. A drive is a function of its settings alone.
+// A synthetic drive through a town, with everything a mapper gets (points, odometry) and what it is measured
+// by (truth). Scans are cast when asked for: about 20 ms each, nothing is kept. A drive is a function of its
+// settings alone.
 #pragma once
 
 #include <cstddef>
@@ -59,13 +60,14 @@ class Drive {
 
 [[nodiscard]] Drive drive(const DriveSettings& settings);
 
-/// A drive along one street, of which two stretches 384 m apart are built alike (houses, trees, ground; not the parked
-/// cars): scans `first` and `second` see the same, though they are far from each other. 394 scans.
+/// A drive along one street, of which two stretches 384 m apart are built alike (houses, trees, ground; not
+/// the parked cars): scans `first` and `second` see the same, though they are far from each other. 394 scans.
 struct LookAlike {
   Drive drive;
   std::size_t first;
   std::size_t second;
-  Pose first_from_second;  ///< the false match: where the second scan seems to have been taken, seen from the first
+  Pose first_from_second;  ///< the false match: where the second scan seems to have been taken, seen from the
+                           ///< first
 };
 [[nodiscard]] LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings = {});
 

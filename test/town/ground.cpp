@@ -24,7 +24,8 @@ Ground::Ground(const Eigen::Vector2d& low, const Eigen::Vector2d& high,
     for (int tile_column = 0; tile_column < tile_columns_; ++tile_column) {
       float top = -std::numeric_limits<float>::max();
       for (int row = tile_row * cells_per_tile; row <= (tile_row + 1) * cells_per_tile; ++row)
-        for (int column = tile_column * cells_per_tile; column <= (tile_column + 1) * cells_per_tile; ++column)
+        for (int column = tile_column * cells_per_tile; column <= (tile_column + 1) * cells_per_tile;
+             ++column)
           top = std::max(top, heights_[at(column, row)]);
       tile_tops_.push_back(top);
     }
@@ -50,7 +51,8 @@ float Ground::cast(const Eigen::Vector3f& origin, const Eigen::Vector3f& directi
   const float horizontal = std::hypot(direction.x(), direction.y());
   const float step = std::min(limit_m, 0.2F / std::max(horizontal, 1e-6F));
   const auto clearance = [&](float t) {
-    return origin.z() + t * direction.z() - height_m(origin.x() + t * direction.x(), origin.y() + t * direction.y());
+    return origin.z() + t * direction.z() -
+           height_m(origin.x() + t * direction.x(), origin.y() + t * direction.y());
   };
 
   // Tiles in the order in which the ray crosses them.

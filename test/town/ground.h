@@ -20,13 +20,16 @@ class Ground {
   /// Outside of the grid: the height of its nearest cell.
   [[nodiscard]] float height_m(float x, float y) const;
 
-  /// Range along the unit `direction` at which the ray goes under the ground, or `limit_m` if it does not before.
-  [[nodiscard]] float cast(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float limit_m) const;
+  /// Range along the unit `direction` at which the ray goes under the ground, or `limit_m` if it does not
+  /// before.
+  [[nodiscard]] float cast(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                           float limit_m) const;
 
  private:
   static constexpr int cells_per_tile = 16;
   [[nodiscard]] std::size_t at(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
   }
 
   Eigen::Vector2f low_ = Eigen::Vector2f::Zero();

@@ -1,4 +1,5 @@
-// Random numbers that are the same on every machine and standard library: splitmix64, and distributions written out.
+// Random numbers that are the same on every machine and standard library: splitmix64, and distributions
+// written out.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,9 @@ namespace alces::town {
   return x ^ (x >> 31);
 }
 
-[[nodiscard]] constexpr std::uint64_t mix(std::uint64_t a, std::uint64_t b) { return mix(mix(a) ^ b); }
+[[nodiscard]] constexpr std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
+  return mix(mix(a) ^ b);
+}
 [[nodiscard]] constexpr std::uint64_t mix(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
   return mix(mix(a, b) ^ c);
 }

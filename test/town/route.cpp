@@ -21,7 +21,8 @@ class Wander {
   Wander(std::uint64_t seed, double length_m) {
     Random random(seed);
     for (Tone& tone : tones_)
-      tone = {2 * std::numbers::pi / (length_m * random.uniform(0.7, 1.6)), random.uniform(0, 2 * std::numbers::pi)};
+      tone = {2 * std::numbers::pi / (length_m * random.uniform(0.7, 1.6)),
+              random.uniform(0, 2 * std::numbers::pi)};
   }
   [[nodiscard]] double operator()(double way_m) const {
     double sum = 0;
@@ -83,8 +84,8 @@ Tour make_tour(std::size_t scans, std::uint64_t seed) {
   tour.crossings = {{0, 0}, {1, 0}, {2, 0}, {2, 1}, {1, 1},  // around a block,
                     {1, 0}, {2, 0}, {3, 0}, {3, 1}, {3, 2}, {2, 2},
                     {2, 1}, {1, 1}, {0, 1}, {0, 2}, {1, 2},  // a second, larger loop about it,
-                    {1, 1}, {2, 1}, {2, 2}, {3, 2}, {3, 3}, {2, 3}, {1, 3},
-                    {1, 2}, {0, 2}, {0, 1}};  // and home, partly against the way it came
+                    {1, 1}, {2, 1}, {2, 2}, {3, 2}, {3, 3}, {2, 3},
+                    {1, 3}, {1, 2}, {0, 2}, {0, 1}};  // and home, partly against the way it came
   for (auto& crossing : tour.crossings) crossing += Eigen::Vector2i(1, 1);
   tour.start_fraction = 0.3;
   return tour;
@@ -135,7 +136,8 @@ Route::Route(const Tour& tour, const Town& town, std::size_t scans, std::uint64_
 
   const Wander sideways(mix(seed, 30), 60), heading(mix(seed, 31), 25), pace(mix(seed, 32), 45);
   Random bump(mix(seed, 33));
-  const double start_m = tour.start_fraction * way_m[static_cast<std::size_t>((crossing(1) - crossing(0)).norm() / spacing_m)];
+  const double start_m =
+      tour.start_fraction * way_m[static_cast<std::size_t>((crossing(1) - crossing(0)).norm() / spacing_m)];
   double driven_m = 0;
   for (std::size_t scan = 0; scan < scans; ++scan) {
     const double way = start_m + driven_m;

@@ -1,4 +1,5 @@
-// The way of the vehicle through the town: a closed tour with nested loops, and the true pose of every scan on it.
+// The way of the vehicle through the town: a closed tour with nested loops, and the true pose of every scan
+// on it.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +19,9 @@ struct Tour {
   double start_fraction = 0;  ///< of the first street that lies behind the first scan
 };
 
-/// The tour for a drive of so many scans. From about 230 scans: 26 streets, about 1.24 km with loops in loops, some streets
-/// driven twice the same way and some the other way; longer drives start over. Below: around one small block.
+/// The tour for a drive of so many scans. From about 230 scans: 26 streets, about 1.24 km with loops in
+/// loops, some streets driven twice the same way and some the other way; longer drives start over. Below:
+/// around one small block.
 [[nodiscard]] Tour make_tour(std::size_t scans, std::uint64_t seed);
 
 class Route {

@@ -27,7 +27,8 @@ void Scanner::scan(const Scene& scene, const Pose& town_from_body, std::size_t s
   const Eigen::Matrix3d rotation = town_from_body.rotation.toRotationMatrix();
   const Eigen::Vector3f origin = (town_from_body * head).cast<float>();
   const auto limit = static_cast<float>(settings_.max_range_m);
-  const double steepest = -std::atan2(settings_.height_m - 0.3, settings_.own_radius_m);  // 0.3: height of the deck
+  const double steepest =
+      -std::atan2(settings_.height_m - 0.3, settings_.own_radius_m);  // 0.3: height of the deck
   const double own_z = std::sin(steepest);
   Random random(mix(seed_, scan));
 
@@ -49,7 +50,8 @@ void Scanner::scan(const Scene& scene, const Pose& town_from_body, std::size_t s
       if (luck < settings_.window_share) continue;
       if (luck < settings_.window_share + 0.12) range += 1.0 + 3.0 * random.uniform();  // into the room
     }
-    // LMS 291: 30 m at 10 % reflectivity, falling with the square of the range; polished or grazed surfaces fade.
+    // LMS 291: 30 m at 10 % reflectivity, falling with the square of the range; polished or grazed surfaces
+    // fade.
     const double echo = static_cast<double>(hit.reflectivity * hit.cos_incidence);
     const double needed = 0.1 * (range / 30.0) * (range / 30.0);
     if (echo < needed * (0.6 + 0.8 * random.uniform())) continue;

@@ -1,5 +1,5 @@
-// The scanner: two SICK LMS 291 back to back on a yawing head (ScanDriveDuo). A profile is a vertical fan of 181 rays
-// from straight down to straight up; the head turns between profiles.
+// The scanner: two SICK LMS 291 back to back on a yawing head (ScanDriveDuo). A profile is a vertical fan of
+// 181 rays from straight down to straight up; the head turns between profiles.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,15 +13,16 @@
 namespace alces::town {
 
 struct ScannerSettings {
-  /// Rays a scan; rounded to whole profiles of 181. What looks into the sky or into windows comes back as nothing.
+  /// Rays a scan; rounded to whole profiles of 181. What looks into the sky or into windows comes back as
+  /// nothing.
   std::size_t points_per_scan = 35000;
   double noise_m = 0.015;    ///< standard deviation of a range
   double quantum_m = 0.010;  ///< ranges are whole multiples of this; 0: not rounded
   double max_range_m = 40;
-  double height_m = 1.0;        ///< of the head above the ground, on the body's z axis
-  double own_radius_m = 0.45;   ///< rays that would end on the own vehicle are left out
-  double window_share = 0.5;    ///< of the rays on glass that bring nothing back
-  double mixed_share = 0.1;     ///< of the rays beside a range jump that measure something in between
+  double height_m = 1.0;       ///< of the head above the ground, on the body's z axis
+  double own_radius_m = 0.45;  ///< rays that would end on the own vehicle are left out
+  double window_share = 0.5;   ///< of the rays on glass that bring nothing back
+  double mixed_share = 0.1;    ///< of the rays beside a range jump that measure something in between
 };
 
 class Scanner {
@@ -34,7 +35,8 @@ class Scanner {
   [[nodiscard]] std::size_t rays() const { return profiles_ * rays_per_profile; }
 
   /// Scan number `scan` from where the body stands, in the body frame, profile by profile.
-  void scan(const Scene& scene, const Pose& town_from_body, std::size_t scan, std::vector<Point>& points) const;
+  void scan(const Scene& scene, const Pose& town_from_body, std::size_t scan,
+            std::vector<Point>& points) const;
 
  private:
   ScannerSettings settings_;

@@ -30,14 +30,18 @@ void Scene::add_box(const Frame& frame, const Vector3f& low, const Vector3f& hig
   add_tapered_box(frame, low, high, Vector3f::Zero(), reflectivity, surface);
 }
 
-void Scene::add_tapered_box(const Frame& frame, const Vector3f& low, const Vector3f& high, const Vector3f& inset,
-                            float reflectivity, Surface surface) {
+void Scene::add_tapered_box(const Frame& frame, const Vector3f& low, const Vector3f& high,
+                            const Vector3f& inset, float reflectivity, Surface surface) {
   Convex convex;
   convex.reflectivity = reflectivity;
   convex.surface = surface;
   const float height = high.z() - low.z();
-  const Vector3f local[6] = {{height, 0, inset.x()}, {-height, 0, inset.y()}, {0, height, inset.z()},
-                             {0, -height, inset.z()}, {0, 0, 1},              {0, 0, -1}};
+  const Vector3f local[6] = {{height, 0, inset.x()},
+                             {-height, 0, inset.y()},
+                             {0, height, inset.z()},
+                             {0, -height, inset.z()},
+                             {0, 0, 1},
+                             {0, 0, -1}};
   const Vector3f on[6] = {{high.x(), 0, low.z()}, {low.x(), 0, low.z()}, {0, high.y(), low.z()},
                           {0, low.y(), low.z()},  {0, 0, high.z()},      {0, 0, low.z()}};
   for (int face = 0; face < 6; ++face) {
@@ -65,7 +69,8 @@ void Scene::add(const Thicket& thicket) {
   Box box;
   for (const float x : {-1.0F, 1.0F})
     for (const float y : {-1.0F, 1.0F})
-      for (const float z : {-1.0F, 1.0F}) box.include(thicket.frame.out(Vector3f(x, y, z).cwiseProduct(thicket.half)));
+      for (const float z : {-1.0F, 1.0F})
+        box.include(thicket.frame.out(Vector3f(x, y, z).cwiseProduct(thicket.half)));
   thickets_.push_back(thicket);
   add_body(Kind::thicket, thickets_.size() - 1, box);
 }
@@ -86,7 +91,9 @@ void Scene::build() {
 // Splits bodies [first, first + count), count >= 2, by the surface area heuristic over 16 bins of each axis.
 std::uint32_t Scene::build_node(std::uint32_t first, std::uint32_t count) {
   constexpr int bins = 16;
-  const auto centre = [](const Body& body, int axis) { return 0.5F * (body.box.low[axis] + body.box.high[axis]); };
+  const auto centre = [](const Body& body, int axis) {
+    return 0.5F * (body.box.low[axis] + body.box.high[axis]);
+  };
   const auto begin = bodies_.begin() + first;
   const auto end = begin + count;
   Box centres;
@@ -121,8 +128,8 @@ std::uint32_t Scene::build_node(std::uint32_t first, std::uint32_t count) {
         right_count += in_bin[bin];
       }
       if (left_count == 0 || right_count == 0) continue;
-      const float cost =
-          left.half_area() * static_cast<float>(left_count) + right.half_area() * static_cast<float>(right_count);
+      const float cost = left.half_area() * static_cast<float>(left_count) +
+                         right.half_area() * static_cast<float>(right_count);
       if (cost < best_cost) {
         best_cost = cost;
         best_axis = axis;
@@ -160,7 +167,8 @@ std::uint32_t Scene::build_node(std::uint32_t first, std::uint32_t count) {
 
 namespace {
 
-bool meets_facade(const Facade& facade, const Vector3f& world_origin, const Vector3f& world_direction, Hit& nearest) {
+bool meets_facade(const Facade& facade, const Vector3f& world_origin, const Vector3f& world_direction,
+                  Hit& nearest) {
   const Vector3f d = facade.frame.turn_in(world_direction);
   if (d.y() <= 1e-6F) return false;
   const Vector3f o = facade.frame.in(world_origin);
@@ -192,7 +200,8 @@ bool meets_facade(const Facade& facade, const Vector3f& world_origin, const Vect
       x1 = x0 + facade.window_width;
       z0 = facade.first_z + static_cast<float>(row) * facade.pitch_z;
       z1 = z0 + facade.window_height;
-      const bool beside_door = facade.door_x < 0 || row > 0 || x1 < facade.door_x || x0 > facade.door_x + 1.1F;
+      const bool beside_door =
+          facade.door_x < 0 || row > 0 || x1 < facade.door_x || x0 > facade.door_x + 1.1F;
       opening = x < x1 && z < z1 && beside_door;
     }
   }
@@ -240,7 +249,9 @@ bool meets_thicket(const Thicket& thicket, const Vector3f& world_origin, const V
   const auto threshold = static_cast<std::uint32_t>(static_cast<double>(thicket.share) * 4294967295.0);
   for (float t = enter + 0.01F; t < leave; t += thicket.cell_m) {
     const Vector3f p = (o + t * d) * inverse_cell;
-    const auto cell = [](float value) { return static_cast<std::uint64_t>(static_cast<int>(std::floor(value)) + 4096); };
+    const auto cell = [](float value) {
+      return static_cast<std::uint64_t>(static_cast<int>(std::floor(value)) + 4096);
+    };
     const std::uint64_t key = (cell(p.x()) << 32) ^ (cell(p.y()) << 16) ^ cell(p.z());
     const std::uint64_t hash = mix(thicket.seed ^ key);
     if (static_cast<std::uint32_t>(hash) > threshold) continue;
@@ -278,10 +289,14 @@ bool meets_pole(const Pole& pole, const Vector3f& origin, const Vector3f& direct
 
 bool Scene::meets(const Body& body, const Vector3f& origin, const Vector3f& direction, Hit& nearest) const {
   switch (body.kind) {
-    case Kind::facade: return meets_facade(facades_[body.index], origin, direction, nearest);
-    case Kind::thicket: return meets_thicket(thickets_[body.index], origin, direction, nearest);
-    case Kind::pole: return meets_pole(poles_[body.index], origin, direction, nearest);
-    case Kind::convex: break;
+    case Kind::facade:
+      return meets_facade(facades_[body.index], origin, direction, nearest);
+    case Kind::thicket:
+      return meets_thicket(thickets_[body.index], origin, direction, nearest);
+    case Kind::pole:
+      return meets_pole(poles_[body.index], origin, direction, nearest);
+    case Kind::convex:
+      break;
   }
   const Convex& convex = convexes_[body.index];
   float enter = -std::numeric_limits<float>::max();

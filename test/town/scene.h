@@ -1,4 +1,5 @@
-// What stands on the ground: a few kinds of simple bodies under a bounding volume hierarchy, and what a ray meets.
+// What stands on the ground: a few kinds of simple bodies under a bounding volume hierarchy, and what a ray
+// meets.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,12 +26,12 @@ struct Frame {
   Eigen::Vector2f forward = Eigen::Vector2f::UnitX();  ///< unit vector of the frame's x axis
 
   [[nodiscard]] Eigen::Vector3f turn_in(const Eigen::Vector3f& world) const {
-    return {forward.x() * world.x() + forward.y() * world.y(), forward.x() * world.y() - forward.y() * world.x(),
-            world.z()};
+    return {forward.x() * world.x() + forward.y() * world.y(),
+            forward.x() * world.y() - forward.y() * world.x(), world.z()};
   }
   [[nodiscard]] Eigen::Vector3f turn_out(const Eigen::Vector3f& local) const {
-    return {forward.x() * local.x() - forward.y() * local.y(), forward.y() * local.x() + forward.x() * local.y(),
-            local.z()};
+    return {forward.x() * local.x() - forward.y() * local.y(),
+            forward.y() * local.x() + forward.x() * local.y(), local.z()};
   }
   [[nodiscard]] Eigen::Vector3f in(const Eigen::Vector3f& world) const { return turn_in(world - origin); }
   [[nodiscard]] Eigen::Vector3f out(const Eigen::Vector3f& local) const { return turn_out(local) + origin; }
@@ -38,8 +39,8 @@ struct Frame {
   [[nodiscard]] Frame at(const Eigen::Vector3f& local, float heading_rad = 0) const;
 };
 
-/// A wall from x = 0 to `width` and z = `bottom` to `height`, seen from y < 0, with rows and columns of inset windows
-/// and perhaps a door. What is behind the glass is nothing.
+/// A wall from x = 0 to `width` and z = `bottom` to `height`, seen from y < 0, with rows and columns of inset
+/// windows and perhaps a door. What is behind the glass is nothing.
 struct Facade {
   Frame frame;
   float width = 0, bottom = 0, height = 0;
@@ -51,8 +52,8 @@ struct Facade {
   float reflectivity = 0.5F;
 };
 
-/// Leaves or pickets: an ellipsoid or a box made of small cells, a share of which is solid. The cells belong to the
-/// body, so that all scans see the same leaves.
+/// Leaves or pickets: an ellipsoid or a box made of small cells, a share of which is solid. The cells belong
+/// to the body, so that all scans see the same leaves.
 struct Thicket {
   Frame frame;  ///< origin: its centre
   Eigen::Vector3f half = Eigen::Vector3f::Ones();
@@ -74,9 +75,10 @@ class Scene {
   Ground ground;
 
   /// A box in `frame` from `low` to `high`.
-  void add_box(const Frame& frame, const Eigen::Vector3f& low, const Eigen::Vector3f& high, float reflectivity,
-               Surface surface = Surface::wall);
-  /// A box whose top face is drawn in by `inset` (x front, x back, y both): car cabins, roofs, bevelled bodies.
+  void add_box(const Frame& frame, const Eigen::Vector3f& low, const Eigen::Vector3f& high,
+               float reflectivity, Surface surface = Surface::wall);
+  /// A box whose top face is drawn in by `inset` (x front, x back, y both): car cabins, roofs, bevelled
+  /// bodies.
   void add_tapered_box(const Frame& frame, const Eigen::Vector3f& low, const Eigen::Vector3f& high,
                        const Eigen::Vector3f& inset, float reflectivity, Surface surface);
   void add(const Facade& facade);
@@ -87,7 +89,8 @@ class Scene {
   void build();
 
   /// The nearest thing along the unit `direction` within `limit_m`; Surface::none if there is nothing.
-  [[nodiscard]] Hit cast(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float limit_m) const;
+  [[nodiscard]] Hit cast(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                         float limit_m) const;
 
   [[nodiscard]] std::size_t size() const { return bodies_.size(); }
 
@@ -130,7 +133,8 @@ class Scene {
 
   void add_body(Kind kind, std::size_t index, const Box& box);
   std::uint32_t build_node(std::uint32_t first, std::uint32_t count);
-  bool meets(const Body& body, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, Hit& nearest) const;
+  bool meets(const Body& body, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+             Hit& nearest) const;
 
   std::vector<Convex> convexes_;
   std::vector<Facade> facades_;

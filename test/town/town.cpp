@@ -13,7 +13,9 @@ namespace {
 
 constexpr double tau = 2 * std::numbers::pi;
 
-float range(Random& random, double low, double high) { return static_cast<float>(random.uniform(low, high)); }
+float range(Random& random, double low, double high) {
+  return static_cast<float>(random.uniform(low, high));
+}
 
 }  // namespace
 
@@ -27,7 +29,9 @@ struct Town::Side {
   double half_width_m;  ///< of the street in front
 };
 
-double Town::Wave::at(const Vector2d& plan) const { return amplitude_m * std::sin(frequency.dot(plan) + phase_rad); }
+double Town::Wave::at(const Vector2d& plan) const {
+  return amplitude_m * std::sin(frequency.dot(plan) + phase_rad);
+}
 
 Town::Wave Town::wave(Random& random, double length_m, double amplitude_m) const {
   const double direction = random.uniform(0, tau);
@@ -51,7 +55,8 @@ Town::Town(const Layout& layout) : layout_(layout) {
     bend_u_.push_back(wave(random, length, 0.013 * length));
     bend_v_.push_back(wave(random, length, 0.013 * length));
   }
-  for (const double length : {260.0, 170.0, 110.0, 60.0, 37.0}) relief_.push_back(wave(random, length, 0.006 * length));
+  for (const double length : {260.0, 170.0, 110.0, 60.0, 37.0})
+    relief_.push_back(wave(random, length, 0.006 * length));
   for (const double length : {3.1, 2.3, 1.7, 1.1}) relief_.push_back(wave(random, length, 0.005));
 
   lay_ground();
@@ -122,7 +127,8 @@ void Town::lay_ground() {
       for (int c = std::max(0, column - reach); c < std::min(width, column + reach + 1); ++c) {
         const Vector2d from_axis = low + Vector2d(c, r) * cell - stretch.centre;
         if (from_axis.squaredNorm() < stretch.half_width * stretch.half_width)
-          is_road[static_cast<std::size_t>(r) * static_cast<std::size_t>(width) + static_cast<std::size_t>(c)] = true;
+          is_road[static_cast<std::size_t>(r) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(c)] = true;
       }
     }
   }
@@ -156,7 +162,8 @@ void Town::build_block(std::size_t column, std::size_t row) {
     const Vector2d corner = place({left, bottom});
     const Vector2d along = place({right, bottom}) - corner;
     const double depth = (place({left, top}) - corner).norm();
-    build_house(frame(corner, along), static_cast<float>(along.norm()), static_cast<float>(depth), random, false);
+    build_house(frame(corner, along), static_cast<float>(along.norm()), static_cast<float>(depth), random,
+                false);
     return;
   }
 
@@ -179,7 +186,8 @@ void Town::build_block(std::size_t column, std::size_t row) {
   }
   Random random(mix(seed, 8));  // trees in the yard
   for (int tree = random.integer(1, 5); tree > 0; --tree) {
-    const Vector2d plan{random.uniform(left + deepest, right - deepest), random.uniform(bottom + deepest, top - deepest)};
+    const Vector2d plan{random.uniform(left + deepest, right - deepest),
+                        random.uniform(bottom + deepest, top - deepest)};
     build_tree(frame(place(plan), east_), random);
   }
 }
@@ -189,7 +197,9 @@ void Town::build_side(const Side& side, std::uint64_t seed) {
   const Vector2d along = (side.end - side.start).normalized();
   const Vector2d out(along.y(), -along.x());
   const double length = (side.end - side.start).norm();
-  const auto at = [&](double along_m, double out_m) { return place(side.start + along * along_m + out * out_m); };
+  const auto at = [&](double along_m, double out_m) {
+    return place(side.start + along * along_m + out * out_m);
+  };
   const auto frame_at = [&](double along_m, double out_m) {
     return frame(at(along_m, out_m), at(along_m + 0.5, out_m) - at(along_m - 0.5, out_m));
   };
@@ -209,7 +219,8 @@ void Town::build_side(const Side& side, std::uint64_t seed) {
     if (!plain && random.chance(gap_share)) {
       build_garden(front, front_m, random);
     } else {
-      build_house(front, front_m - 0.04F, static_cast<float>(random.uniform(0.75, 1.0) * side.deepest_m), random, plain);
+      build_house(front, front_m - 0.04F, static_cast<float>(random.uniform(0.75, 1.0) * side.deepest_m),
+                  random, plain);
     }
     from += width;
   }
@@ -230,8 +241,8 @@ void Town::build_side(const Side& side, std::uint64_t seed) {
     switch (furniture.integer(0, 4)) {
       case 0:  // a sign
         scene_.add(Pole{spot.origin - Vector3f(0, 0, 0.2F), 0.035F, 2.9F, 0.4F});
-        scene_.add_box(spot.at(Vector3f::Zero(), range(furniture, 0, 3)), {-0.3F, -0.02F, 2.0F}, {0.3F, 0.02F, 2.6F},
-                       0.8F);
+        scene_.add_box(spot.at(Vector3f::Zero(), range(furniture, 0, 3)), {-0.3F, -0.02F, 2.0F},
+                       {0.3F, 0.02F, 2.6F}, 0.8F);
         break;
       case 1:  // a bin or a junction box
         scene_.add_tapered_box(spot, {-0.35F, -0.3F, -0.3F}, {0.35F, 0.3F, range(furniture, 0.8, 1.4)},
@@ -296,7 +307,8 @@ void Town::build_house(const Frame& front, float width, float depth, Random& ran
     const float out = random.chance(0.2) ? 0.12F : 0.0F;
     scene_.add_box(walls[index], {-out, -out, below}, {0.35F, 0.35F, height}, reflectivity);
     if (facade.door_x >= 0)
-      scene_.add_box(walls[index], {facade.door_x - 0.2F, -0.8F, below}, {facade.door_x + 1.3F, 0, 0.17F}, 0.4F);
+      scene_.add_box(walls[index], {facade.door_x - 0.2F, -0.8F, below}, {facade.door_x + 1.3F, 0, 0.17F},
+                     0.4F);
   }
   scene_.add_box(front, {wall, wall, below}, {width - wall, depth - wall, height}, reflectivity);
 
@@ -317,8 +329,8 @@ void Town::build_house(const Frame& front, float width, float depth, Random& ran
       scene_.add_box(front, {x, -1.1F, z}, {x + 2.6F, -1.05F, z + 0.95F}, 0.5F);
     }
     if (random.chance(0.35))  // a canopy or awning over the ground floor
-      scene_.add_tapered_box(front, {0.5F, range(random, -1.3, -0.5), storey - 0.3F}, {width - 0.5F, 0, storey - 0.05F},
-                             {0, 0, 0.1F}, 0.5F, Surface::wall);
+      scene_.add_tapered_box(front, {0.5F, range(random, -1.3, -0.5), storey - 0.3F},
+                             {width - 0.5F, 0, storey - 0.05F}, {0, 0, 0.1F}, 0.5F, Surface::wall);
     scene_.add(Pole{front.out({0.2F, -0.07F, 0}), 0.05F, height, 0.4F});
     if (random.chance(0.3))  // a string course
       scene_.add_box(front, {0, -0.1F, storey}, {width, 0, storey + 0.2F}, reflectivity);
@@ -329,11 +341,12 @@ void Town::build_house(const Frame& front, float width, float depth, Random& ran
   const float rise = std::min(0.5F * depth, range(random, 2, 4.5));
   switch (plain ? 0 : random.integer(0, 4)) {
     case 0:
-      scene_.add_box(front, {-0.05F, -0.05F, height}, {width + 0.05F, 0.25F, height + range(random, 0.3, 0.9)},
-                     reflectivity);
+      scene_.add_box(front, {-0.05F, -0.05F, height},
+                     {width + 0.05F, 0.25F, height + range(random, 0.3, 0.9)}, reflectivity);
       if (random.chance(0.6)) {
         const float back = range(random, 1, 2.5);
-        scene_.add_box(front, {0.1F * width, back, height}, {0.85F * width, depth - 1, height + 2.6F}, reflectivity);
+        scene_.add_box(front, {0.1F * width, back, height}, {0.85F * width, depth - 1, height + 2.6F},
+                       reflectivity);
       }
       break;
     case 1:
@@ -353,7 +366,8 @@ void Town::build_house(const Frame& front, float width, float depth, Random& ran
       }
   }
   const float x = range(random, 0.3, std::max(0.4, static_cast<double>(width) - 1));
-  scene_.add_box(front, {x, 0.4F * depth, height}, {x + 0.6F, 0.4F * depth + 0.6F, height + rise + 0.8F}, 0.4F);
+  scene_.add_box(front, {x, 0.4F * depth, height}, {x + 0.6F, 0.4F * depth + 0.6F, height + rise + 0.8F},
+                 0.4F);
 }
 
 void Town::build_garden(const Frame& front, float width, Random& random) {
@@ -381,19 +395,22 @@ void Town::build_garden(const Frame& front, float width, Random& random) {
       fence.share = 0.5F;
       fence.seed = random.next();
       scene_.add(fence);
-      for (float x = open; x <= width; x += 2.2F) scene_.add(Pole{front.out({x, 0.2F, -1.0F}), 0.06F, 2.5F, 0.4F});
+      for (float x = open; x <= width; x += 2.2F)
+        scene_.add(Pole{front.out({x, 0.2F, -1.0F}), 0.06F, 2.5F, 0.4F});
       break;
     }
     default:
       scene_.add_box(front, {open, 0.0F, -2.0F}, {width, 0.25F, range(random, 1.0, 2.1)}, 0.5F);
   }
   for (int tree = random.integer(0, 2); tree > 0; --tree)
-    build_tree(front.at({range(random, 1, static_cast<double>(width) - 1), range(random, 2.5, 9), 0}), random);
+    build_tree(front.at({range(random, 1, static_cast<double>(width) - 1), range(random, 2.5, 9), 0}),
+               random);
   for (int bush = random.integer(1, 4); bush > 0; --bush) {
     Thicket thicket;
     const float radius = range(random, 0.4, 1.1);
     thicket.half = {radius, radius * range(random, 0.8, 1.2), radius};
-    thicket.frame = front.at({range(random, 1, static_cast<double>(width) - 1), range(random, 1.5, 8), 0.6F * radius});
+    thicket.frame =
+        front.at({range(random, 1, static_cast<double>(width) - 1), range(random, 1.5, 8), 0.6F * radius});
     thicket.cell_m = 0.08F;
     thicket.share = 0.2F;
     thicket.seed = random.next();
@@ -437,13 +454,15 @@ void Town::build_car(const Frame& centre, Random& random) {
   const float waist = range(random, 0.8, 1.0);
   const float reflectivity = range(random, 0.2, 0.7);
   if (random.chance(0.15)) {  // a van
-    scene_.add_tapered_box(centre, {-length - 0.3F, -width - 0.05F, 0.22F}, {length + 0.3F, width + 0.05F, 2.1F},
-                           {1.0F, 0.05F, 0.1F}, reflectivity, Surface::paint);
+    scene_.add_tapered_box(centre, {-length - 0.3F, -width - 0.05F, 0.22F},
+                           {length + 0.3F, width + 0.05F, 2.1F}, {1.0F, 0.05F, 0.1F}, reflectivity,
+                           Surface::paint);
   } else {
     scene_.add_tapered_box(centre, {-length, -width, 0.22F}, {length, width, waist}, {0.15F, 0.1F, 0.06F},
                            reflectivity, Surface::paint);
-    scene_.add_tapered_box(centre, {-0.8F * length, -width + 0.05F, waist}, {0.5F * length, width - 0.05F, waist + 0.55F},
-                           {0.55F, 0.5F, 0.2F}, reflectivity, Surface::glass);
+    scene_.add_tapered_box(centre, {-0.8F * length, -width + 0.05F, waist},
+                           {0.5F * length, width - 0.05F, waist + 0.55F}, {0.55F, 0.5F, 0.2F}, reflectivity,
+                           Surface::glass);
   }
   for (const float x : {-0.6F * length, 0.62F * length})
     scene_.add_box(centre, {x - 0.3F, -width + 0.02F, -0.1F}, {x + 0.3F, width - 0.02F, 0.5F}, 0.1F);

@@ -1,7 +1,8 @@
-// A small procedural town: streets on an irregular, slightly bent grid, blocks of houses, gardens, trees, parked cars,
-// on ground with relief. Everything follows from the layout and the seed.
+// A small procedural town: streets on an irregular, slightly bent grid, blocks of houses, gardens, trees,
+// parked cars, on ground with relief. Everything follows from the layout and the seed.
 //
-// Plan coordinates (u, v) are those of the undistorted street grid; `place` bends them into the town frame (x, y), m.
+// Plan coordinates (u, v) are those of the undistorted street grid; `place` bends them into the town frame
+// (x, y), m.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +19,8 @@ struct Layout {
   std::uint64_t seed = 1;
   std::vector<double> column_lines_m;  ///< u of the streets that run along v
   std::vector<double> row_lines_m;     ///< v of the streets that run along u
-  /// Block columns with the same key are built alike (column c lies between lines c and c + 1; one key more for the
-  /// last line). Empty: all different.
+  /// Block columns with the same key are built alike (column c lies between lines c and c + 1; one key more
+  /// for the last line). Empty: all different.
   std::vector<std::uint64_t> column_keys;
   double period_m = 400;  ///< bends and relief repeat after this distance along u
 };

@@ -19,11 +19,13 @@ using namespace alces;
 bool write_pcd(const std::filesystem::path& path, const std::vector<Point>& points) {
   std::ofstream file(path, std::ios::binary);
   file << fmt::format(
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT "
+      "1 1 1\n"
       "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
       points.size());
   static_assert(sizeof(Point) == 3 * sizeof(float));
-  file.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(points.size() * sizeof(Point)));
+  file.write(reinterpret_cast<const char*>(points.data()),
+             static_cast<std::streamsize>(points.size() * sizeof(Point)));
   return file.flush().good();
 }
 
@@ -34,8 +36,8 @@ bool write_tum(const std::filesystem::path& path, std::size_t size, PoseOf pose_
     const Pose& pose = pose_of(i);
     const Eigen::Vector3d& t = pose.translation_m;
     const Eigen::Quaterniond& q = pose.rotation;
-    file << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(), t.z(), q.x(), q.y(),
-                        q.z(), q.w());
+    file << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(), t.z(),
+                        q.x(), q.y(), q.z(), q.w());
   }
   return file.flush().good();
 }
@@ -43,13 +45,16 @@ bool write_tum(const std::filesystem::path& path, std::size_t size, PoseOf pose_
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Makes a synthetic drive through a procedural town: scans of a rotating 2D laser scanner, odometry, truth");
+  CLI::App app(
+      "Makes a synthetic drive through a procedural town: scans of a rotating 2D laser scanner, odometry, "
+      "truth");
   town::DriveSettings settings;
   std::filesystem::path folder;
   double noise_mm = 1000 * settings.scanner.noise_m;
   bool look_alike = false;
   app.add_option("--scans", settings.scans, "Number of scans, 1.34 m apart")->capture_default_str();
-  app.add_option("--seed", settings.seed, "Another seed is another town and another drive")->capture_default_str();
+  app.add_option("--seed", settings.seed, "Another seed is another town and another drive")
+      ->capture_default_str();
   app.add_option("--out", folder, "Folder to write (made if missing)")->required();
   app.add_option("--points-per-scan", settings.scanner.points_per_scan, "Rays a scan, in profiles of 181")
       ->capture_default_str();
@@ -70,8 +75,10 @@ int main(int argc, char** argv) {
   const town::Drive& drive = alike.drive;
   if (look_alike) fmt::print("scans {} and {} look alike\n", alike.first, alike.second);
 
-  bool good = write_tum(folder / "truth.tum", drive.size(), [&](std::size_t i) -> const Pose& { return drive.truth(i); });
-  good &= write_tum(folder / "odometry.tum", drive.size(), [&](std::size_t i) -> const Pose& { return drive.odometry(i); });
+  bool good = write_tum(folder / "truth.tum", drive.size(),
+                        [&](std::size_t i) -> const Pose& { return drive.truth(i); });
+  good &= write_tum(folder / "odometry.tum", drive.size(),
+                    [&](std::size_t i) -> const Pose& { return drive.odometry(i); });
   std::atomic<bool> all_good{good};
   std::atomic<std::size_t> done{0}, points_written{0};
   std::mutex progress;
@@ -91,7 +98,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "alces_town: cannot write all files into {} (space? permissions?)\n", folder.string());
     return 3;
   }
-  fmt::print("{} scans of {} rays, {} points a scan come back; tour of {:.0f} m; written to {}\n", drive.size(),
-             drive.rays(), points_written / drive.size(), drive.tour_length_m(), folder.string());
+  fmt::print("{} scans of {} rays, {} points a scan come back; tour of {:.0f} m; written to {}\n",
+             drive.size(), drive.rays(), points_written / drive.size(), drive.tour_length_m(),
+             folder.string());
   return 0;
 }

@@ -21,7 +21,8 @@ DriveSettings small_drive(std::uint64_t seed = 1) {
 }
 
 bool same(const std::vector<Point>& a, const std::vector<Point>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Point)) == 0);
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Point)) == 0);
 }
 
 double median(std::vector<double>& values) {
@@ -29,6 +30,10 @@ double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+Eigen::Vector3d vector(const Point& point) {
+  return Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
 }
 
 // Pairs of scans at least 20 apart that are within 3 m of each other, counted once a run of neighbours.
@@ -45,15 +50,17 @@ std::size_t revisits(const Drive& drive) {
   return runs;
 }
 
-// Distances of points of `b` from planes through points of `a`, where `a` is flat. Brute force on a thinned scan.
-std::vector<double> plane_residuals(const std::vector<Point>& a, const std::vector<Point>& b, const Pose& a_from_b) {
+// Distances of points of `b` from planes through points of `a`, where `a` is flat. Brute force on a thinned
+// scan.
+std::vector<double> plane_residuals(const std::vector<Point>& a, const std::vector<Point>& b,
+                                    const Pose& a_from_b) {
   std::vector<double> residuals;
   for (std::size_t i = 0; i < b.size(); i += 97) {
-    const Eigen::Vector3d point = a_from_b * Eigen::Vector3d(b[i].x, b[i].y, b[i].z);
+    const Eigen::Vector3d point = a_from_b * vector(b[i]);
     if (point.norm() > 15 || point.norm() < 2) continue;
     std::vector<Eigen::Vector3d> near;
     for (const Point& other : a) {
-      const Eigen::Vector3d candidate(other.x, other.y, other.z);
+      const Eigen::Vector3d candidate = vector(other);
       if ((candidate - point).squaredNorm() < 0.4 * 0.4) near.push_back(candidate);
     }
     if (near.size() < 8) continue;
@@ -112,7 +119,7 @@ TEST_CASE("truth and odometry start at the identity; the odometry is planar and 
 
 TEST_CASE("drives of any length come back to where they were") {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    for (const std::size_t scans : {std::size_t{60}, std::size_t{120}, std::size_t{300}, std::size_t{924}}) {
+    for (const std::size_t scans : {std::size_t{60}, std::size_t{300}, std::size_t{924}}) {
       DriveSettings settings;
       settings.seed = seed;
       settings.scans = scans;
@@ -141,8 +148,7 @@ TEST_CASE("ranges are what the scanner can measure, and nothing stands in the ve
     std::size_t in_the_way = 0;
     for (const Point& point : points) {
       REQUIRE(is_finite(point));
-      const double range_m = std::sqrt(double{point.x} * double{point.x} + double{point.y} * double{point.y} +
-                                       (double{point.z} - 1.0) * (double{point.z} - 1.0));
+      const double range_m = (vector(point) - Eigen::Vector3d::UnitZ()).norm();
       REQUIRE(range_m < 40.01);
       REQUIRE(range_m > 0.2);
       if (std::hypot(point.x, point.y) < 0.6F && point.z > 0.3F && point.z < 1.8F) ++in_the_way;
@@ -154,8 +160,8 @@ TEST_CASE("ranges are what the scanner can measure, and nothing stands in the ve
 TEST_CASE("scans agree at their true poses: walls and ground within the noise") {
   const Drive drive = town::drive(small_drive());
   for (const std::size_t i : {std::size_t{5}, std::size_t{25}, std::size_t{40}}) {
-    std::vector<double> residuals = plane_residuals(drive.points(i), drive.points(i + 1),
-                                                    drive.truth(i).inverse() * drive.truth(i + 1));
+    std::vector<double> residuals =
+        plane_residuals(drive.points(i), drive.points(i + 1), drive.truth(i).inverse() * drive.truth(i + 1));
     CHECK(residuals.size() > 50);
     CHECK(median(residuals) < 0.015);  // noise of 15 mm along the ray
   }
