@@ -1,0 +1,128 @@
+// ICP: moves a body of scans (the data) onto fixed scans (the model), with everything bounded.
+//
+// Each iteration finds, for every data sample, the nearest point of a model scan within a limit that shrinks, and
+// minimises the distances: to the points themselves (paper, appendix A.1, in Horn's closed form), or mostly along the
+// samples' normals, which lets surfaces slide and converges in far fewer iterations to far less drift.
+//
+// Time: at most iterations x samples x queries_per_sample nearest-neighbour queries.
+// Memory: 32 bytes a correspondence of capacity.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+
+#include "alces/arena.h"
+#include "alces/kd_tree.h"
+#include "alces/pose.h"
+#include "alces/surface.h"
+
+namespace alces {
+
+enum class IcpMetric : std::uint8_t {
+  point_to_point,  ///< the paper's: Horn's unit quaternions
+  surface,         ///< along the normal where there is a plane, weakly to the point elsewhere (Gauss-Newton)
+};
+
+struct IcpConfig {
+  IcpMetric metric = IcpMetric::surface;
+  std::uint32_t maximum_iterations = 20;
+  float first_distance_limit_m = 1.5F;  ///< of a correspondence in the first iteration ...
+  float last_distance_limit_m = 0.5F;   ///< ... halving (by limit_factor) down to this
+  float limit_factor = 0.7F;
+  float translation_epsilon_m = 0.002F;   ///< converged when an iteration moves less ...
+  float rotation_epsilon_rad = 0.0002F;   ///< ... and turns less, at the last distance limit
+  std::uint32_t minimum_correspondences = 50;
+  std::uint32_t queries_per_sample = 1;  ///< model scans asked for each sample, in turn
+  float robust_scale_m = 0.05F;          ///< residuals well above count little; 0: all count alike
+  float rough_weight = 0.02F;            ///< surface metric: weight of the plain distance beside that along the normal
+  float degenerate_ratio = 1e-3F;        ///< smallest over largest curvature below this: a direction is undetermined
+};
+
+/// One scan on either side of a match.
+struct IcpScan {
+  const KdTree* tree = nullptr;
+  std::span<const SurfaceSample> samples;  ///< looked at on the data side only
+  Pose side_from_body;                     ///< into the common frame of its side (model or data)
+};
+
+enum class IcpVerdict : std::uint8_t {
+  converged,
+  iteration_limit,          ///< the last iteration still moved; the pose is the best so far
+  too_few_correspondences,  ///< nothing to stand on: the pose is the initial one
+  degenerate,               ///< a direction is undetermined (see weak_direction); nothing was moved along it
+};
+[[nodiscard]] const char* text(IcpVerdict verdict);
+
+/// Sums over the correspondences of the last iteration, from which Appendix A's E, s^2 and C follow without
+/// stacking anything: M^T M, M^T Z and Z^T Z of the paper.
+struct IcpSums {
+  std::uint32_t count = 0;
+  Matrix6d mtm = Matrix6d::Zero();
+  Vector6d mtz = Vector6d::Zero();
+  double ztz_m2 = 0;
+};
+
+struct IcpResult {
+  IcpVerdict verdict = IcpVerdict::too_few_correspondences;
+  Pose model_from_data;
+  std::uint32_t iterations = 0;
+  std::uint32_t correspondences = 0;  ///< of the last iteration
+  std::uint32_t queries = 0;          ///< samples that asked for one
+  double overlap = 0;                 ///< correspondences / queries
+  double rms_m = 0;                   ///< of what is minimised: along normals, or of whole distances
+  double median_m = 0;                ///< about the median of the same
+  Matrix6d information = Matrix6d::Zero();  ///< of model_from_data, left perturbation (t, rotation), model frame
+  Vector6d weak_direction = Vector6d::Zero();
+  IcpSums sums;
+};
+
+/// What one iteration did.
+struct IcpIteration {
+  float distance_limit_m = 0;
+  std::uint32_t correspondences = 0;
+  double rms_m = 0;
+  double moved_m = 0;
+  double turned_rad = 0;
+};
+
+class Icp {
+ public:
+  static constexpr std::uint32_t maximum_model_scans = 16;
+
+  constexpr Icp(Arena& arena, std::uint32_t correspondence_capacity)
+      : data_(arena.allocate<DataPoint>(correspondence_capacity)) {}
+
+  /// Finds model_from_data from the initial one. `trace`, if not empty, takes what each iteration did.
+  /// Data samples beyond the capacity are thinned out evenly.
+  [[nodiscard]] IcpResult match(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                const Pose& initial_model_from_data, const IcpConfig& config,
+                                std::span<IcpIteration> trace = {});
+
+ private:
+  struct DataPoint {
+    Eigen::Vector3f point;   // data frame
+    Eigen::Vector3f normal;  // data frame
+    float plane_weight;      // 0: no plane
+    std::uint32_t hint;      // index of the last correspondence in its model scan
+  };
+  std::span<DataPoint> data_;
+};
+
+/// The rigid transform that minimises sum w ||m - (R d + t)||^2 from weighted sums (Horn, 1987): the largest eigenvector
+/// of the 4x4 matrix built from the cross-covariance.
+struct HornSums {
+  double weight = 0;
+  Eigen::Vector3d model = Eigen::Vector3d::Zero();
+  Eigen::Vector3d data = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d data_model = Eigen::Matrix3d::Zero();  ///< sum w d m^T
+  void add(const Eigen::Vector3d& m, const Eigen::Vector3d& d, double w) {
+    weight += w;
+    model += w * m;
+    data += w * d;
+    data_model += w * d * m.transpose();
+  }
+};
+[[nodiscard]] Pose horn(const HornSums& sums);
+
+}  // namespace alces

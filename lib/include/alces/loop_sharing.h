@@ -1,0 +1,57 @@
+// Shares the offset of a closed loop out over all poses (paper, sections 3.4 to 3.6 and appendix B).
+//
+// Two rules:
+//   paper   four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the one
+//           offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is swung on a long
+//           lever, which bends the map between neighbours.
+//   trails  (default) one LOA run takes the graph apart into trails; along each trail the error goes into the edges
+//           where it most likely arose: the maximum-likelihood correction of a chain whose ends are known, in closed form
+//           (one 6x6 system a trail). Rotation put into an edge turns what follows about that edge, as drift did.
+// With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and vertices that
+// are not connected to the loop stay.
+//
+// Cost: O(n) poses beside LOA. Memory: LOA's, and 120 bytes a vertex.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "alces/arena.h"
+#include "alces/loop_optimizer.h"
+#include "alces/pose_graph.h"
+#include "alces/status.h"
+
+namespace alces {
+
+enum class SharingRule : std::uint8_t { trails, paper };
+
+class LoopSharing {
+ public:
+  constexpr LoopSharing(Arena& arena, const PoseGraph::Capacity& capacity)
+      : optimizer_(arena, capacity), bent_(arena.allocate<Pose>(capacity.vertices)) {
+    for (std::span<double>& weights : weights_) weights = arena.allocate<double>(capacity.vertices);
+  }
+
+  /// Takes the graph apart for the loop f..l. Errors are LoopOptimizer::prepare's.
+  [[nodiscard]] Status prepare(const PoseGraph& graph, std::uint32_t f, std::uint32_t l);
+
+  /// How well the uncertainty accumulated along the shortest way from f to l explains that l really lies at
+  /// `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of freedom. After prepare().
+  [[nodiscard]] double mahalanobis2(const PoseGraph& graph, const Pose& map_from_l) const;
+
+  /// Bends all poses so that l lies at `map_from_l` as seen from f. After prepare(), with the graph unchanged.
+  [[nodiscard]] Status share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule);
+
+ private:
+  void share_as_the_paper(std::span<Pose> poses, const Pose& map_from_l);
+  void share_along_trails(const PoseGraph& graph, const Pose& map_from_l);
+  void bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail& trail);
+
+  LoopOptimizer optimizer_;
+  std::span<Pose> bent_;
+  std::span<double> weights_[4];  // per LoopCost
+  std::uint32_t f_ = 0;
+  std::uint32_t l_ = 0;
+};
+
+}  // namespace alces

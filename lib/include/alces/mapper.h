@@ -1,0 +1,248 @@
+// The mapper: scans in, a loop-closed map out, in one block of memory.
+//
+//   add_scan: reduce -> store -> predict -> match against the last scans -> edge -> detect -> close (ELCH)
+//
+// Paper: sections 3.1 to 3.6. All memory comes from the block; nothing is allocated after create(). Two mappers in two
+// blocks do not know of each other. One thread at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "alces/arena.h"
+#include "alces/icp.h"
+#include "alces/loop_detector.h"
+#include "alces/loop_sharing.h"
+#include "alces/pair_covariance.h"
+#include "alces/pose.h"
+#include "alces/pose_graph.h"
+#include "alces/scan_archive.h"
+#include "alces/scan_store.h"
+#include "alces/status.h"
+#include "alces/voxel_grid.h"
+
+namespace alces {
+
+/// When a loop is believed before it bends the map. A refused loop is reported with its reason.
+struct BeliefConfig {
+  double minimum_overlap = 0.5;       ///< share of the data's samples that find a correspondence
+  double maximum_rms_m = 0.12;        ///< of the residuals of the match
+  double maximum_mahalanobis2 = 60;   ///< of the correction, against the uncertainty accumulated along the loop
+};
+
+struct MapperConfig {
+  std::uint32_t scan_capacity = 1024;
+  std::uint32_t loop_capacity = 1024;  ///< loops closed; one more edge each
+  std::size_t pool_bytes = std::size_t{32} << 20;
+  std::uint32_t cache_slots = 16;
+
+  VoxelGridConfig voxel;  ///< cell_capacity is also the most points that a stored scan has
+  SurfaceConfig surface;
+
+  IcpConfig scan_match;
+  std::uint32_t model_scans = 5;  ///< the last k scans that a new one is matched to; 1: pairwise
+  std::uint32_t correspondence_capacity = 4096;
+  bool label_with_appendix_a = false;  ///< edges' variances from Appendix A instead of the curvature minimised on
+  EdgeUncertainty edge_uncertainty;
+
+  LoopDetectorConfig detector;  ///< scan_capacity is set from the above
+  LoopTriggerConfig trigger;
+  bool close_loops = true;
+  IcpConfig loop_match;
+  std::uint32_t scans_around_first = 2;  ///< the start metascan: f - 2 .. f + 2
+  std::uint32_t scans_before_last = 2;   ///< the end metascan: l - 2 .. l
+  BeliefConfig belief;
+  SharingRule sharing = SharingRule::trails;
+
+  /// The better front end (default), and the paper's as it was published.
+  [[nodiscard]] static constexpr MapperConfig standard();
+  [[nodiscard]] static constexpr MapperConfig paper();
+};
+
+enum class LoopVerdict : std::uint8_t {
+  closed,
+  refused_no_match,        ///< the metascans did not come together
+  refused_overlap,         ///< too few points found a partner
+  refused_residual,        ///< they came together badly
+  refused_implausible,     ///< the correction is larger than the accumulated uncertainty explains
+  refused_capacity,        ///< no room for the edge
+  refused_archive,         ///< a scan of the loop could not be brought back
+};
+[[nodiscard]] const char* text(LoopVerdict verdict);
+
+/// One loop that was offered, closed or not.
+struct LoopReport {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+  LoopVerdict verdict = LoopVerdict::refused_no_match;
+  double distance_m = 0;       ///< between the two poses when the loop was offered
+  double overlap = 0;
+  double rms_m = 0;
+  double mahalanobis2 = 0;
+  double correction_m = 0;     ///< how far l moved against f
+  double correction_rad = 0;
+  std::uint32_t iterations = 0;
+};
+
+/// Where add_scan's time went, if a clock was given (ns).
+struct StageTimes {
+  std::uint64_t reduce_ns = 0;
+  std::uint64_t store_ns = 0;    ///< quantise, tree, surface
+  std::uint64_t match_ns = 0;
+  std::uint64_t detect_ns = 0;
+  std::uint64_t loop_match_ns = 0;
+  std::uint64_t loop_share_ns = 0;  ///< LOA and sharing out
+};
+
+struct ScanReport {
+  std::uint32_t scan = 0;        ///< index of the scan in the map
+  VoxelGridCounts points;
+  IcpVerdict match = IcpVerdict::converged;
+  std::uint32_t iterations = 0;
+  std::uint32_t correspondences = 0;
+  double overlap = 0;
+  double rms_m = 0;
+  bool is_predicted = false;     ///< the match failed: the pose is the odometry's
+  bool loop_offered = false;
+  LoopReport loop;
+  StageTimes times;
+};
+
+/// A clock for StageTimes; the library reads none of its own.
+class StageClock {
+ public:
+  [[nodiscard]] virtual std::uint64_t now_ns() = 0;
+
+ protected:
+  ~StageClock() = default;
+};
+
+class Mapper {
+ public:
+  /// Bytes that create() needs for this configuration; constexpr, so that it can size a static array.
+  [[nodiscard]] static constexpr std::size_t memory_required(const MapperConfig& config);
+
+  /// Lays a mapper out in `block` (64-byte aligned), which must outlive it. Null, and `status` says why:
+  /// block_too_small, block_misaligned, bad_config.
+  [[nodiscard]] static Mapper* create(std::span<std::byte> block, const MapperConfig& config, Status& status,
+                                      ScanArchive* archive = nullptr, StageClock* clock = nullptr);
+
+  /// Appends a scan: points in the body frame, metres, at its reference time; odometry in any fixed frame, or null to
+  /// assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops only.
+  /// When the status is not ok (empty_scan, bad_pose, a capacity, an archive that fails) the scan was not added and
+  /// the map so far stays whole; no_voxel_capacity: it was added, thinned out.
+  [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body, ScanReport& report,
+                                const Eigen::Vector3d* gps_position_m = nullptr);
+
+  /// The drive ends: closes the loop of an approach that still goes on. True: `loop` says what came of it.
+  bool finish(LoopReport& loop);
+
+  /// A loop that somebody else detected: scan `last` was taken where scan `first` was. Matched, judged and shared out
+  /// as any other. no_such_scan.
+  [[nodiscard]] Status offer_loop(std::uint32_t first, std::uint32_t last, LoopReport& loop);
+
+  [[nodiscard]] const PoseGraph& graph() const { return graph_; }
+  [[nodiscard]] std::uint32_t scan_count() const { return graph_.vertex_count(); }
+
+  /// The loops offered so far, in order, up to four times loop_capacity of them.
+  [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }
+
+  /// Reduced points of a scan, body frame, as they are stored. Returns how many; buffer_too_small, no_such_scan,
+  /// archive_read_failed.
+  [[nodiscard]] Status read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count);
+
+  struct Counters {
+    std::uint64_t points_in = 0;
+    std::uint64_t points_not_finite = 0;
+    std::uint64_t points_too_near = 0;
+    std::uint64_t points_too_far = 0;
+    std::uint64_t points_without_cell = 0;
+    std::uint32_t scans_refused = 0;      ///< add_scan() said no
+    std::uint32_t scans_predicted = 0;    ///< their match failed
+    std::uint32_t loops_offered = 0;
+    std::uint32_t loops_closed = 0;
+    std::uint32_t loops_not_listed = 0;   ///< beyond the capacity of loops()
+  };
+  [[nodiscard]] const Counters& counters() const { return counters_; }
+  [[nodiscard]] const ScanStore::Counters& store_counters() const { return store_.counters(); }
+  [[nodiscard]] const MapperConfig& config() const { return config_; }
+
+ private:
+  friend class Arena;
+  constexpr Mapper(Arena& arena, const MapperConfig& config);
+
+  // How sure a scan's place is relative to scan 0; grows along the drive, falls back when a loop is closed.
+  struct Spread {
+    double translation_m2 = 0;
+    double rotation_rad2 = 0;
+  };
+
+  [[nodiscard]] Pose predict(const Pose* odometry_from_body) const;
+  [[nodiscard]] bool load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side,
+                                   std::span<IcpScan> scans, std::uint32_t& count);
+  void close_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
+  void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
+  [[nodiscard]] std::uint64_t now_ns() const { return clock_ == nullptr ? 0 : clock_->now_ns(); }
+
+  static constexpr std::uint32_t maximum_metascan = Icp::maximum_model_scans;
+
+  MapperConfig config_;
+  VoxelGrid voxel_grid_;
+  std::span<Point> reduced_;
+  ScanStore store_;
+  Icp icp_;
+  PoseGraph graph_;
+  LoopDetector detector_;
+  LoopTrigger trigger_;
+  LoopSharing sharing_;
+  std::span<Spread> spreads_;
+  std::span<LoopReport> loops_;
+  std::span<Pose> last_odometry_;  // one
+  StageClock* clock_ = nullptr;
+  std::uint32_t loop_count_ = 0;
+  bool has_odometry_ = false;
+  Counters counters_;
+};
+
+constexpr MapperConfig MapperConfig::standard() { return MapperConfig{}; }
+
+constexpr MapperConfig MapperConfig::paper() {
+  MapperConfig config;
+  config.scan_match.metric = IcpMetric::point_to_point;
+  config.scan_match.robust_scale_m = 0;
+  config.scan_match.maximum_iterations = 50;
+  config.loop_match = config.scan_match;
+  config.model_scans = 1;
+  config.label_with_appendix_a = true;
+  config.edge_uncertainty = {1.0, 1e-6, 1e-7};
+  config.trigger.repeat_after_scans = 0;
+  config.sharing = SharingRule::paper;
+  return config;
+}
+
+constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
+    : config_(config),
+      voxel_grid_(arena, config.voxel),
+      reduced_(arena.allocate<Point>(config.voxel.cell_capacity)),
+      store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
+                     config.surface}),
+      icp_(arena, config.correspondence_capacity),
+      graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
+      detector_(arena, config.detector),
+      trigger_(config.trigger),
+      sharing_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
+      spreads_(arena.allocate<Spread>(config.scan_capacity)),
+      loops_(arena.allocate<LoopReport>(4 * std::size_t{config.loop_capacity})),
+      last_odometry_(arena.allocate<Pose>(1)) {}
+
+constexpr std::size_t Mapper::memory_required(const MapperConfig& config) {
+  Arena arena;
+  MapperConfig planned = config;
+  planned.detector.scan_capacity = config.scan_capacity;
+  arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*));
+  const Mapper mapper(arena, planned);
+  return arena.used_bytes();
+}
+
+}  // namespace alces

@@ -1,0 +1,41 @@
+// The uncertainty of a matched pair of scans, from the sums that the match has left.
+//
+// appendix_a() is the paper's: E = (M^T M)^-1 M^T Z, s^2 = (Z - M E)^T (Z - M E) / (2m - 3), C = s^2 (M^T M)^-1, with rows
+// M_i = [ I | -[p_i]x ], columns (translation, rotation). The text prints C = s^2 (M^T M); dimensions, and the use of
+// C^-1 in W, say the inverse. Nothing is stacked: (Z - M E)^T (Z - M E) = Z^T Z - E^T M^T Z.
+#pragma once
+
+#include "alces/icp.h"
+#include "alces/pose.h"
+#include "alces/pose_graph.h"
+
+namespace alces {
+
+struct PairCovariance {
+  bool is_known = false;               ///< false: too few correspondences, or a direction is undetermined
+  Vector6d residual = Vector6d::Zero();      ///< E: what is left of the offset (m, rad)
+  double variance_m2 = 0;                    ///< s^2
+  Matrix6d covariance = Matrix6d::Zero();    ///< C, of (translation, rotation vector) about the frame's origin
+};
+
+/// Appendix A from the sums of the last iteration.
+[[nodiscard]] PairCovariance appendix_a(const IcpSums& sums);
+
+/// C from the curvature that a match has minimised on: right where surfaces could slide.
+[[nodiscard]] PairCovariance from_curvature(const IcpResult& result);
+
+/// The floor under what a match knows: correspondences share their errors (motion during the scan, the choice of points), so
+/// that thousands of them do not make a pose a thousand times surer.
+struct EdgeUncertainty {
+  double inflation = 1.0;                ///< factor on the covariance
+  double minimum_translation_m = 0.005;  ///< standard deviation added on each axis
+  double minimum_rotation_rad = 0.001;   ///< standard deviation added about each axis
+};
+
+/// Labels an edge: the covariance, about the model frame's origin, taken to the data's place `model_from_data`, and to
+/// the axes of the map. An unknown covariance gives `unknown` for every axis (m and rad standard deviation).
+[[nodiscard]] EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_data,
+                                         const Eigen::Quaterniond& map_from_model, const EdgeUncertainty& uncertainty,
+                                         double unknown_m = 0.5, double unknown_rad = 0.05);
+
+}  // namespace alces

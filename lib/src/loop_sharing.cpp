@@ -1,0 +1,163 @@
+#include "alces/loop_sharing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "alces/symmetric_solve.h"
+
+namespace alces {
+namespace {
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by tau_j, variance
+// diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about its own place c_j. With the lever
+// b_j = end - c_j the most likely parts are
+//   tau_j = diag(x, y, z)_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
+// where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
+struct ChainCovariance {
+  Matrix6d s = Matrix6d::Zero();
+
+  void add(const EdgeVariance& variance, const Eigen::Vector3d& lever) {
+    const double r = variance.rotation_rad2 / 3.0;  // the edge's label sums over three axes
+    s(0, 0) += variance.x_m2;
+    s(1, 1) += variance.y_m2;
+    s(2, 2) += variance.z_m2;
+    s.topLeftCorner<3, 3>() += r * (lever.squaredNorm() * Eigen::Matrix3d::Identity() - lever * lever.transpose());
+    const Eigen::Matrix3d cross = r * skew(lever);
+    s.topRightCorner<3, 3>() -= cross;
+    s.bottomLeftCorner<3, 3>() += cross;
+    s.bottomRightCorner<3, 3>().diagonal().array() += r;
+  }
+  [[nodiscard]] Vector6d solve(const Vector6d& offset) const { return SymmetricSolver<6>(s).solve(offset); }
+};
+
+// (translation of the pose's origin, rotation vector) that takes `from` to `to`, both map_from_something.
+Vector6d offset_between(const Pose& from, const Pose& to) {
+  Vector6d offset;
+  offset.head<3>() = to.translation_m - from.translation_m;
+  offset.tail<3>() = log_so3(to.rotation * from.rotation.conjugate());
+  return offset;
+}
+
+constexpr int most_rounds = 6;        // the chain is bent by linear steps; each round squares the error
+constexpr double good_enough = 1e-9;  // m and rad
+
+}  // namespace
+
+Status LoopSharing::prepare(const PoseGraph& graph, std::uint32_t f, std::uint32_t l) {
+  f_ = f;
+  l_ = l;
+  const Status status = optimizer_.prepare(graph, f, l);
+  if (status != Status::ok) return status;
+  return optimizer_.decompose(LoopCost::rotation);
+}
+
+double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l) const {
+  const std::span<const Pose> poses = graph.poses();
+  const LoopOptimizer::Trail& trail = optimizer_.trails().front();  // the shortest way between f and l
+  ChainCovariance covariance;
+  // The map is known from f: levers reach from each edge to l, whichever way the trail runs.
+  const Eigen::Vector3d end = poses[l_].translation_m;
+  std::uint32_t at = trail.start;
+  for (const LoopOptimizer::TrailStep& step : optimizer_.steps(trail)) {
+    const std::uint32_t nearer_f = trail.start == f_ ? at : step.vertex;
+    covariance.add(graph.edges()[step.half_edge / 2].variance, end - poses[nearer_f].translation_m);
+    at = step.vertex;
+  }
+  const Vector6d offset = offset_between(poses[l_], map_from_l);
+  return offset.dot(covariance.solve(offset));
+}
+
+Status LoopSharing::share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule) {
+  const std::span<Pose> poses = graph.poses();
+  if (optimizer_.trails().empty()) return Status::disconnected;
+  if (!is_valid(map_from_l)) return Status::bad_pose;
+  const Pose map_from_first = poses[0];
+  if (rule == SharingRule::paper) {
+    for (std::uint32_t cost = 0; cost < 4; ++cost) {
+      const Status status = optimizer_.weights(static_cast<LoopCost>(cost), weights_[cost]);
+      if (status != Status::ok) return status;
+    }
+    share_as_the_paper(poses, map_from_l);
+  } else {
+    share_along_trails(graph, map_from_l);
+  }
+  // Appendix B, equation 7: the origin stays.
+  const Pose map_from_bent = map_from_first * bent_[0].inverse();
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i] = map_from_bent * bent_[i];
+  poses[0] = map_from_first;  // to the last bit
+  return Status::ok;
+}
+
+void LoopSharing::share_as_the_paper(std::span<Pose> poses, const Pose& map_from_l) {
+  const Pose map_from_f = poses[f_];
+  const Pose f_from_map = map_from_f.inverse();
+  const Pose offset = f_from_map * map_from_l * poses[l_].inverse() * map_from_f;
+  const Eigen::Vector3d rotation_vector_rad = log_so3(offset.rotation);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Pose share;
+    share.translation_m = {weights_[0][i] * offset.translation_m.x(), weights_[1][i] * offset.translation_m.y(),
+                           weights_[2][i] * offset.translation_m.z()};
+    share.rotation = exp_so3(weights_[3][i] * rotation_vector_rad);  // slerp from the identity
+    bent_[i] = map_from_f * share * f_from_map * poses[i];
+  }
+}
+
+void LoopSharing::share_along_trails(const PoseGraph& graph, const Pose& map_from_l) {
+  const std::span<const Pose> poses = graph.poses();
+  std::copy(poses.begin(), poses.end(), bent_.begin());
+  bent_[l_] = map_from_l;
+  for (const LoopOptimizer::Trail& trail : optimizer_.trails()) bend_trail(graph, trail);
+  for (const LoopOptimizer::BranchVertex& branch : optimizer_.branches()) {
+    bent_[branch.vertex] = bent_[branch.parent] * (poses[branch.parent].inverse() * poses[branch.vertex]);
+  }
+}
+
+// The ends of the trail lie where they belong in bent_; lays its inner vertices between them.
+void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail& trail) {
+  const std::span<const Pose> poses = graph.poses();
+  const std::span<const LoopOptimizer::TrailStep> steps = optimizer_.steps(trail);
+  const Pose goal = bent_[trail.end];
+
+  // As it was, moved rigidly with its start.
+  const Pose bent_from_map = bent_[trail.start] * poses[trail.start].inverse();
+  for (const LoopOptimizer::TrailStep& step : steps) bent_[step.vertex] = bent_from_map * poses[step.vertex];
+
+  for (int round = 0; round < most_rounds; ++round) {
+    const Vector6d offset = offset_between(bent_[trail.end], goal);
+    if (offset.cwiseAbs().maxCoeff() < good_enough) break;
+    const Eigen::Vector3d end = bent_[trail.end].translation_m;
+    ChainCovariance covariance;
+    std::uint32_t at = trail.start;
+    for (const LoopOptimizer::TrailStep& step : steps) {
+      covariance.add(graph.edges()[step.half_edge / 2].variance, end - bent_[at].translation_m);
+      at = step.vertex;
+    }
+    const Vector6d lambda = covariance.solve(offset);
+    const Eigen::Vector3d lambda_t = lambda.head<3>();
+    const Eigen::Vector3d lambda_r = lambda.tail<3>();
+
+    Pose follow;  // what the edges so far did to everything after them
+    Eigen::Vector3d place = bent_[trail.start].translation_m;  // of the edge, before this round
+    for (const LoopOptimizer::TrailStep& step : steps) {
+      const EdgeVariance& variance = graph.edges()[step.half_edge / 2].variance;
+      const Eigen::Vector3d tau_m =
+          Eigen::Vector3d(variance.x_m2, variance.y_m2, variance.z_m2).cwiseProduct(lambda_t);
+      const Eigen::Vector3d theta_rad = variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
+      const Eigen::Vector3d pivot = follow * place;
+      const Eigen::Quaterniond turn = exp_so3(theta_rad);
+      follow.translation_m = turn * (follow.translation_m - pivot) + pivot + tau_m;
+      follow.rotation = (turn * follow.rotation).normalized();
+      place = bent_[step.vertex].translation_m;
+      bent_[step.vertex] = follow * bent_[step.vertex];
+    }
+  }
+  bent_[trail.end] = goal;
+}
+
+}  // namespace alces

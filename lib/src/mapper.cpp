@@ -1,0 +1,302 @@
+#include "alces/mapper.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+namespace alces {
+namespace {
+
+bool is_usable(const IcpConfig& config) {
+  return config.maximum_iterations > 0 && config.first_distance_limit_m > 0 &&
+         config.last_distance_limit_m > 0 && config.limit_factor > 0 && config.limit_factor <= 1;
+}
+
+bool is_usable(const MapperConfig& config) {
+  // Scans looked at together must all have a slot.
+  const std::uint32_t around_loop = 2 * config.scans_around_first + 1 + config.scans_before_last + 1;
+  const std::uint32_t together = std::max(config.model_scans + 1, around_loop);
+  return config.scan_capacity > 0 && config.cache_slots >= together && config.model_scans > 0 &&
+         config.model_scans <= Icp::maximum_model_scans && around_loop <= Icp::maximum_model_scans &&
+         config.correspondence_capacity > 0 && config.voxel.cell_capacity > 0 && config.voxel.cell_size_m > 0 &&
+         config.voxel.maximum_range_m > config.voxel.minimum_range_m &&
+         config.voxel.cell_capacity <= KdTree::maximum_points && config.surface.sample_capacity > 0 &&
+         is_usable(config.scan_match) && is_usable(config.loop_match) &&
+         LoopDetector::check(config.detector) == Status::ok;
+}
+
+bool is_found(const IcpResult& match) {
+  return match.verdict == IcpVerdict::converged || match.verdict == IcpVerdict::iteration_limit;
+}
+
+}  // namespace
+
+const char* text(LoopVerdict verdict) {
+  switch (verdict) {
+    case LoopVerdict::closed: return "closed";
+    case LoopVerdict::refused_no_match: return "refused: the metascans do not come together";
+    case LoopVerdict::refused_overlap: return "refused: too little overlap";
+    case LoopVerdict::refused_residual: return "refused: the residuals are too large";
+    case LoopVerdict::refused_implausible:
+      return "refused: the correction is larger than the accumulated uncertainty explains";
+    case LoopVerdict::refused_capacity: return "refused: no room for another edge";
+    case LoopVerdict::refused_archive: return "refused: a scan could not be brought back";
+  }
+  return "unknown verdict";
+}
+
+Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, Status& status, ScanArchive* archive,
+                       StageClock* clock) {
+  MapperConfig planned = config;
+  planned.detector.scan_capacity = config.scan_capacity;
+  status = Status::bad_config;
+  if (!is_usable(planned)) return nullptr;
+  status = Status::block_misaligned;
+  if (reinterpret_cast<std::uintptr_t>(block.data()) % Arena::alignment != 0) return nullptr;
+  status = Status::block_too_small;
+  if (block.size() < memory_required(planned)) return nullptr;
+  Arena arena(block);
+  // The mapper itself lies at the front of its block; memory_required() counts it the same way.
+  void* const place = arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*)).data();
+  Mapper* const mapper = new (place) Mapper(arena, planned);
+  if (arena.overflowed()) return nullptr;
+  mapper->store_.set_archive(archive);
+  mapper->detector_.clear();
+  mapper->clock_ = clock;
+  status = Status::ok;
+  return mapper;
+}
+
+Pose Mapper::predict(const Pose* odometry_from_body) const {
+  const std::span<const Pose> poses = graph_.poses();
+  const std::size_t n = poses.size();
+  if (odometry_from_body != nullptr && has_odometry_) {
+    return poses[n - 1] * (last_odometry_[0].inverse() * *odometry_from_body);
+  }
+  if (n < 2) return poses[n - 1];
+  return poses[n - 1] * (poses[n - 2].inverse() * poses[n - 1]);  // as it went
+}
+
+bool Mapper::load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side, std::span<IcpScan> scans,
+                           std::uint32_t& count) {
+  const Pose side_from_map = map_from_side.inverse();
+  count = 0;
+  for (std::uint32_t scan = begin; scan < end; ++scan) {
+    StoredScan stored;
+    if (store_.load(scan, stored) != Status::ok) return false;
+    scans[count++] = {stored.tree, stored.samples, side_from_map * graph_.poses()[scan]};
+  }
+  return true;
+}
+
+Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from_body, ScanReport& report,
+                        const Eigen::Vector3d* gps_position_m) {
+  report = ScanReport{};
+  const std::uint32_t n = graph_.vertex_count();
+  report.scan = n;
+  const auto refuse = [this](Status status) {
+    ++counters_.scans_refused;
+    return status;
+  };
+  if (odometry_from_body != nullptr && !is_valid(*odometry_from_body)) return refuse(Status::bad_pose);
+  if (n == config_.scan_capacity) return refuse(Status::no_scan_capacity);
+
+  const std::uint64_t begin_ns = now_ns();
+  const Status reduced = voxel_grid_.reduce(points, reduced_, report.points);
+  counters_.points_in += report.points.points;
+  counters_.points_not_finite += report.points.not_finite;
+  counters_.points_too_near += report.points.too_near;
+  counters_.points_too_far += report.points.too_far;
+  counters_.points_without_cell += report.points.without_cell;
+  if (report.points.kept == 0) return refuse(reduced);
+  const std::uint64_t reduced_ns = now_ns();
+  report.times.reduce_ns = reduced_ns - begin_ns;
+
+  const Status stored = store_.add(reduced_.first(report.points.kept));
+  if (stored != Status::ok) return refuse(stored);
+  const std::uint64_t stored_ns = now_ns();
+  report.times.store_ns = stored_ns - reduced_ns;
+
+  Pose map_from_body;
+  if (n > 0) {
+    const Pose map_from_last = graph_.poses()[n - 1];
+    const Pose predicted = predict(odometry_from_body);
+    const std::uint32_t model_begin = n - std::min(n, config_.model_scans);
+    std::array<IcpScan, maximum_metascan> model;
+    std::array<IcpScan, 1> data;
+    std::uint32_t model_count = 0;
+    IcpResult match;
+    match.model_from_data = map_from_last.inverse() * predicted;
+    StoredScan newest;
+    if (load_metascan(model_begin, n, map_from_last, model, model_count) && store_.load(n, newest) == Status::ok) {
+      data[0] = {newest.tree, newest.samples, Pose{}};
+      match = icp_.match(std::span(model).first(model_count), data, match.model_from_data, config_.scan_match);
+    }
+    report.match = match.verdict;
+    report.iterations = match.iterations;
+    report.correspondences = match.correspondences;
+    report.overlap = match.overlap;
+    report.rms_m = match.rms_m;
+    report.is_predicted = match.verdict == IcpVerdict::too_few_correspondences;
+    if (report.is_predicted) ++counters_.scans_predicted;
+    map_from_body = map_from_last * match.model_from_data;
+
+    const PairCovariance covariance =
+        config_.label_with_appendix_a ? appendix_a(match.sums) : from_curvature(match);
+    Edge edge;
+    edge.from = n - 1;
+    edge.to = n;
+    edge.from_from_to = match.model_from_data;
+    edge.variance = edge_variance(covariance, match.model_from_data, map_from_last.rotation, config_.edge_uncertainty);
+    (void)graph_.add_vertex(map_from_body);  // room is certain: as many vertices as scans, as many edges and loops
+    (void)graph_.add_edge(edge);
+    const double step_m2 = match.model_from_data.translation_m.squaredNorm();
+    spreads_[n].rotation_rad2 = spreads_[n - 1].rotation_rad2 + edge.variance.rotation_rad2;
+    spreads_[n].translation_m2 = spreads_[n - 1].translation_m2 + edge.variance.x_m2 + edge.variance.y_m2 +
+                                 edge.variance.z_m2 + spreads_[n].rotation_rad2 * step_m2;
+  } else {
+    (void)graph_.add_vertex(map_from_body);
+  }
+  has_odometry_ = odometry_from_body != nullptr;
+  if (has_odometry_) last_odometry_[0] = *odometry_from_body;
+  const std::uint64_t matched_ns = now_ns();
+  report.times.match_ns = matched_ns - stored_ns;
+
+  if (config_.close_loops) {
+    (void)detector_.add(map_from_body.translation_m, config_.detector.use_gps ? gps_position_m : nullptr);
+    const std::optional<LoopDetector::Nearby> nearby =
+        detector_.nearest(map_from_body.translation_m, n, std::sqrt(spreads_[n].translation_m2),
+                          config_.detector.use_gps ? gps_position_m : nullptr);
+    const std::optional<LoopTrigger::Loop> candidate = trigger_.observe(n, nearby);
+    report.times.detect_ns = now_ns() - matched_ns;
+    if (candidate) {
+      report.loop_offered = true;
+      close_loop(*candidate, report.loop, report.times);
+    }
+  }
+  return reduced;
+}
+
+bool Mapper::finish(LoopReport& loop) {
+  const std::optional<LoopTrigger::Loop> candidate = trigger_.finish();
+  if (!candidate) return false;
+  StageTimes times;
+  close_loop(*candidate, loop, times);
+  return true;
+}
+
+Status Mapper::offer_loop(std::uint32_t first, std::uint32_t last, LoopReport& loop) {
+  if (first >= last || last >= scan_count()) return Status::no_such_scan;
+  StageTimes times;
+  const double distance_m = (graph_.poses()[first].translation_m - graph_.poses()[last].translation_m).norm();
+  close_loop({first, last, distance_m}, loop, times);
+  return Status::ok;
+}
+
+void Mapper::close_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
+  loop = LoopReport{};
+  loop.first = candidate.first;
+  loop.last = candidate.last;
+  loop.distance_m = candidate.distance_m;
+  ++counters_.loops_offered;
+  judge_loop(candidate, loop, times);
+  if (loop.verdict == LoopVerdict::closed) ++counters_.loops_closed;
+  if (loop_count_ < loops_.size()) {
+    loops_[loop_count_++] = loop;
+  } else {
+    ++counters_.loops_not_listed;
+  }
+}
+
+void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
+  const std::uint32_t f = candidate.first;
+  const std::uint32_t l = candidate.last;
+  const Pose map_from_f = graph_.poses()[f];
+  const Pose map_from_l = graph_.poses()[l];
+
+  // Dissociated: l and the scans just before it move as one body, whatever they were matched to before.
+  const std::uint64_t begin_ns = now_ns();
+  const std::uint32_t data_begin = std::max(l - std::min(l, config_.scans_before_last), f + 1);
+  const std::uint32_t model_begin = f - std::min(f, config_.scans_around_first);
+  const std::uint32_t model_end = std::min(f + config_.scans_around_first + 1, data_begin);
+  std::array<IcpScan, maximum_metascan> model;
+  std::array<IcpScan, maximum_metascan> data;
+  std::uint32_t model_count = 0;
+  std::uint32_t data_count = 0;
+  if (!load_metascan(model_begin, model_end, map_from_f, model, model_count) ||
+      !load_metascan(data_begin, l + 1, map_from_l, data, data_count)) {
+    loop.verdict = LoopVerdict::refused_archive;
+    return;
+  }
+  const IcpResult match = icp_.match(std::span(model).first(model_count), std::span(data).first(data_count),
+                                     map_from_f.inverse() * map_from_l, config_.loop_match);
+  times.loop_match_ns += now_ns() - begin_ns;
+  loop.overlap = match.overlap;
+  loop.rms_m = match.rms_m;
+  loop.iterations = match.iterations;
+  const Pose map_from_matched = map_from_f * match.model_from_data;
+  loop.correction_m = (map_from_matched.translation_m - map_from_l.translation_m).norm();
+  loop.correction_rad = angle_between_rad(map_from_matched.rotation, map_from_l.rotation);
+  if (!is_found(match)) {
+    loop.verdict = LoopVerdict::refused_no_match;
+    return;
+  }
+  if (match.overlap < config_.belief.minimum_overlap) {
+    loop.verdict = LoopVerdict::refused_overlap;
+    return;
+  }
+  if (match.rms_m > config_.belief.maximum_rms_m) {
+    loop.verdict = LoopVerdict::refused_residual;
+    return;
+  }
+  if (graph_.edge_count() == graph_.edge_capacity()) {
+    loop.verdict = LoopVerdict::refused_capacity;
+    return;
+  }
+
+  const std::uint64_t matched_ns = now_ns();
+  if (sharing_.prepare(graph_, f, l) != Status::ok) {
+    loop.verdict = LoopVerdict::refused_capacity;
+    return;
+  }
+  loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched);
+  if (!(loop.mahalanobis2 <= config_.belief.maximum_mahalanobis2)) {
+    loop.verdict = LoopVerdict::refused_implausible;
+    return;
+  }
+  const PairCovariance covariance = config_.label_with_appendix_a ? appendix_a(match.sums) : from_curvature(match);
+  Edge edge;
+  edge.from = f;
+  edge.to = l;
+  edge.closes_loop = true;
+  edge.from_from_to = match.model_from_data;
+  edge.variance = edge_variance(covariance, match.model_from_data, map_from_f.rotation, config_.edge_uncertainty);
+  if (sharing_.share(graph_, map_from_matched, config_.sharing) != Status::ok) {
+    loop.verdict = LoopVerdict::refused_no_match;
+    return;
+  }
+  (void)graph_.add_edge(edge);
+  (void)detector_.rebuild(graph_.poses());
+  for (std::uint32_t i = l; i < scan_count(); ++i) {  // l is again as sure as f
+    const Spread grown{spreads_[i].translation_m2 - spreads_[l].translation_m2,
+                       spreads_[i].rotation_rad2 - spreads_[l].rotation_rad2};
+    if (i > l) spreads_[i] = {spreads_[f].translation_m2 + grown.translation_m2, spreads_[f].rotation_rad2 + grown.rotation_rad2};
+  }
+  spreads_[l] = spreads_[f];
+  times.loop_share_ns += now_ns() - matched_ns;
+  loop.verdict = LoopVerdict::closed;
+}
+
+Status Mapper::read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count) {
+  count = 0;
+  StoredScan stored;
+  const Status status = store_.load(scan, stored);
+  if (status != Status::ok) return status;
+  if (points.size() < stored.tree->size()) return Status::buffer_too_small;
+  count = stored.tree->size();
+  for (std::uint32_t i = 0; i < count; ++i) points[i] = stored.tree->point(i);
+  return Status::ok;
+}
+
+}  // namespace alces

@@ -1,0 +1,60 @@
+#include "alces/pair_covariance.h"
+
+#include <algorithm>
+
+#include "alces/symmetric_solve.h"
+
+namespace alces {
+namespace {
+
+constexpr double singular = 1e-9;  // least pivot of the scaled matrix: below, a direction is not determined
+
+}  // namespace
+
+PairCovariance appendix_a(const IcpSums& sums) {
+  PairCovariance pair;
+  if (sums.count < 3) return pair;
+  const SymmetricSolver<6> solver(sums.mtm, singular);
+  if (!solver.is_definite()) return pair;
+  const Matrix6d inverse = solver.inverse();
+  pair.residual = inverse * sums.mtz;
+  const double squared_m2 = std::max(0.0, sums.ztz_m2 - pair.residual.dot(sums.mtz));
+  pair.variance_m2 = squared_m2 / (2.0 * sums.count - 3.0);
+  pair.covariance = pair.variance_m2 * inverse;
+  pair.is_known = true;
+  return pair;
+}
+
+PairCovariance from_curvature(const IcpResult& result) {
+  PairCovariance pair;
+  if (result.verdict == IcpVerdict::too_few_correspondences) return pair;
+  const SymmetricSolver<6> solver(result.information, singular);
+  pair.is_known = solver.is_definite();
+  pair.covariance = solver.inverse();
+  pair.variance_m2 = result.rms_m * result.rms_m;
+  return pair;
+}
+
+EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_data,
+                           const Eigen::Quaterniond& map_from_model, const EdgeUncertainty& uncertainty,
+                           double unknown_m, double unknown_rad) {
+  if (!pair.is_known) {
+    return {unknown_m * unknown_m, unknown_m * unknown_m, unknown_m * unknown_m, 3 * unknown_rad * unknown_rad};
+  }
+  // A small rotation about the model's origin also moves the data's place: d(p) = t + w x p.
+  const Eigen::Vector3d& p = model_from_data.translation_m;
+  Eigen::Matrix<double, 3, 6> place;
+  place << 1, 0, 0, 0, p.z(), -p.y(),  //
+      0, 1, 0, -p.z(), 0, p.x(),       //
+      0, 0, 1, p.y(), -p.x(), 0;
+  const Eigen::Matrix3d axes = map_from_model.toRotationMatrix();
+  const Eigen::Vector3d translation_m2 =
+      (axes * place * pair.covariance * place.transpose() * axes.transpose()).diagonal() * uncertainty.inflation;
+  const double rotation_rad2 = pair.covariance.bottomRightCorner<3, 3>().trace() * uncertainty.inflation;
+  const double floor_m2 = uncertainty.minimum_translation_m * uncertainty.minimum_translation_m;
+  const double floor_rad2 = uncertainty.minimum_rotation_rad * uncertainty.minimum_rotation_rad;
+  return {translation_m2.x() + floor_m2, translation_m2.y() + floor_m2, translation_m2.z() + floor_m2,
+          rotation_rad2 + 3 * floor_rad2};
+}
+
+}  // namespace alces
