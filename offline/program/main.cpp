@@ -1,1 +1,79 @@
-int main() { return 0; }
+// alces: the companion on the desk. Builds the command line, runs one verb, turns what went wrong into one
+// sentence on stderr and an exit status.
+#include <fmt/core.h>
+
+#include <exception>
+#include <new>
+#include <string>
+
+#include "alces_offline/error.h"
+#include "command.h"
+
+namespace alces::offline {
+namespace {
+
+#ifndef ALCES_VERSION
+#define ALCES_VERSION "0.1.0"
+#endif
+
+constexpr const char* footer = R"(Examples:
+  alces info scans/                                  what is in there?
+  alces map scans/ --out town                        scans -> a consistent map in the folder town/
+  alces evaluate town --truth truth.tum              error against ground truth, as in the paper's Table 1
+  alces evaluate town --consistency scans/           how well the visits of a place agree, without ground truth
+  alces render town --out town.png                   a picture to look at
+
+'alces VERB --help' explains a verb. Frames are REP 103's (x forward, y left, z up), units are SI.
+
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 device failure.)";
+
+enum ExitStatus : int { done = 0, defect = 1, usage = 2, capacity = 4 };
+
+int complain(int status, const std::string& sentence) {
+  fmt::print(stderr, "alces: {}\n", sentence);
+  return status;
+}
+
+int hint(const CLI::App& alces) {
+  const auto verbs = alces.get_subcommands();
+  fmt::print(stderr, "Try 'alces {}--help'.\n", verbs.empty() ? "" : verbs.front()->get_name() + " ");
+  return usage;
+}
+
+int run(int argc, char** argv) {
+  CLI::App alces{"Loop-closing 6D SLAM: maps from 3D laser scans, and what to do with them on the desk.",
+                 "alces"};
+  alces.set_version_flag("--version", "alces " ALCES_VERSION);
+  alces.footer(footer);
+  alces.require_subcommand(1);
+
+  add_evaluate_command(alces);
+  add_render_command(alces);
+  add_info_command(alces);
+
+  try {
+    alces.parse(argc, argv);
+    return done;
+  } catch (const CLI::Success& success) {  // --help, --version
+    return alces.exit(success);
+  } catch (const CLI::ParseError& error) {
+    complain(usage, error.what());
+    return hint(alces);
+  } catch (const UsageError& error) {
+    complain(usage, error.what());
+    return hint(alces);
+  } catch (const Error& error) {
+    return complain(error.exit_status(), error.what());
+  } catch (const std::bad_alloc&) {
+    return complain(capacity, "the machine has not enough memory for this");
+  } catch (const std::exception& error) {
+    return complain(defect, fmt::format("{} (a defect of alces; please report it)", error.what()));
+  }
+}
+
+}  // namespace
+}  // namespace alces::offline
+
+int main(int argc, char** argv) {
+  return alces::offline::run(argc, argv);
+}

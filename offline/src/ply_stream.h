@@ -1,0 +1,18 @@
+// The points of a PLY map in pieces: any number of them in 1 MiB.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+
+#include "alces/point.h"
+
+namespace alces::offline {
+
+/// Calls `take` with pieces of up to 65536 points, in file order, NaN included, and returns their number. The
+/// file is binary with vertex as its first element, as PlyMapWriter writes it; InputError otherwise.
+std::uint64_t stream_ply(const std::filesystem::path& file,
+                         const std::function<void(std::span<const Point>)>& take);
+
+}  // namespace alces::offline
