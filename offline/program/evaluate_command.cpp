@@ -210,11 +210,9 @@ void add_evaluate_command(CLI::App& alces) {
   verb->footer(footer);
   verb->add_option("OUT|TRAJECTORY", options->trajectory,
                    "a map folder, or a trajectory (TUM, KITTI, 3DTK, 4x4)")
-      ->required()
-      ->check(CLI::ExistingPath);
+      ->required();
   CLI::Option* truth =
       verb->add_option("--truth", options->truth, "the true trajectory, in any of these formats");
-  truth->check(CLI::ExistingPath);
   verb->add_option("--align", options->alignment,
                    "how to lay the trajectory on the truth: none, first or se3")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Alignment>{{"none", Alignment::none},
@@ -233,12 +231,10 @@ void add_evaluate_command(CLI::App& alces) {
       ->needs(truth);
   verb->add_option("--per-scan", options->per_scan, "write every scan's error to this CSV")->needs(truth);
   CLI::Option* consistency =
-      verb->add_option("--consistency", options->scans, "the scans that the map was made of")
-          ->check(CLI::ExistingPath);
+      verb->add_option("--consistency", options->scans, "the scans that the map was made of");
   consistency->excludes(truth);
   verb->add_option("--pairs", options->pairs,
                    "revisits as JSON [[a, b], ...] instead of those found in the poses")
-      ->check(CLI::ExistingFile)
       ->needs(consistency);
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options] {

@@ -61,7 +61,7 @@ void add_render_command(CLI::App& alces) {
   CLI::App* verb =
       alces.add_subcommand("render", "A picture of a map: from above and obliquely, with the drive.");
   verb->footer(footer);
-  verb->add_option("OUT", options->map_folder, "a map folder")->required()->check(CLI::ExistingDirectory);
+  verb->add_option("OUT", options->map_folder, "a map folder")->required();
   verb->add_option("--out", options->png, "the PNG to write")->required();
   verb->add_option("--view", options->settings.view, "top, oblique or both")
       ->transform(
@@ -72,8 +72,7 @@ void add_render_command(CLI::App& alces) {
   verb->add_option("--size", options->settings.size_px, "pixels along the longer side of the view from above")
       ->check(CLI::Range(200, 8192))
       ->capture_default_str();
-  verb->add_option("--compare", options->compare, "another trajectory to draw beside the map's")
-      ->check(CLI::ExistingPath);
+  verb->add_option("--compare", options->compare, "another trajectory to draw beside the map's");
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options] { render(*options); });
 }
