@@ -11,55 +11,200 @@ namespace alces {
 namespace {
 
 struct FloatTransform {
-  Eigen::Matrix3f rotation;
-  Eigen::Vector3f translation;
+  float r[9];  // rows
+  float t[3];
 
-  explicit FloatTransform(const Pose& pose = Pose{})
-      : rotation(pose.rotation.toRotationMatrix().cast<float>()), translation(pose.translation_m.cast<float>()) {}
-  Eigen::Vector3f operator*(const Eigen::Vector3f& p) const { return rotation * p + translation; }
+  explicit FloatTransform(const Pose& pose = Pose{}) {
+    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) r[3 * row + column] = static_cast<float>(rotation(row, column));
+      t[row] = static_cast<float>(pose.translation_m[row]);
+    }
+  }
+  [[nodiscard]] Point rotate(const Point& p) const {
+    return {r[0] * p.x + r[1] * p.y + r[2] * p.z, r[3] * p.x + r[4] * p.y + r[5] * p.z,
+            r[6] * p.x + r[7] * p.y + r[8] * p.z};
+  }
+  Point operator*(const Point& p) const {
+    const Point q = rotate(p);
+    return {q.x + t[0], q.y + t[1], q.z + t[2]};
+  }
 };
 
-Point as_point(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
-Eigen::Vector3f as_vector(const Point& p) { return {p.x, p.y, p.z}; }
+Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+float dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Point cross(const Point& a, const Point& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+Eigen::Vector3d as_vector(const Point& p) {
+  return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+}
 
-// Normal equations of the surface metric: J^T W J x = J^T W e, x = (translation, rotation vector).
-struct NormalEquations {
-  Matrix6d h = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
+// Normal equations J^T W J x = J^T W e, x = (translation, rotation vector), J = [ I | -[q]x ] or its part along a normal.
+// Rows are summed in float, four lanes at a time, and carried into double before float loses digits.
+class NormalEquations {
+ public:
+  void add_plane(const Point& q, const Point& n, float error_m, float weight) {
+    const Point turn = cross(q, n);
+    const Lanes low = {n.x, n.y, n.z, turn.x};
+    const Lanes high = {turn.y, turn.z, error_m, 0};
+    const Lanes weighted_low = weight * low;
+    const Lanes weighted_high = weight * high;
+    for (int row = 0; row < 4; ++row) {
+      low_[row] += weighted_low[row] * low;
+      high_[row] += weighted_low[row] * high;
+    }
+    for (int row = 4; row < 6; ++row) {
+      low_[row] += weighted_high[row - 4] * low;
+      high_[row] += weighted_high[row - 4] * high;
+    }
+    if (++pending_ == carry_after) carry();
+  }
+  void add_point(const Point& q, const Point& error_m, float weight) {
+    add_plane(q, {1, 0, 0}, error_m.x, weight);
+    add_plane(q, {0, 1, 0}, error_m.y, weight);
+    add_plane(q, {0, 0, 1}, error_m.z, weight);
+  }
+  void carry() {
+    for (int row = 0; row < 6; ++row) {
+      for (int column = 0; column < 4; ++column) h_(row, column) += static_cast<double>(low_[row][column]);
+      for (int column = 4; column < 6; ++column) h_(row, column) += static_cast<double>(high_[row][column - 4]);
+      b_[row] += static_cast<double>(high_[row][2]);
+      low_[row] = Lanes{};
+      high_[row] = Lanes{};
+    }
+    pending_ = 0;
+  }
+  /// Both after carry().
+  [[nodiscard]] Matrix6d matrix() const { return 0.5 * (h_ + h_.transpose()); }
+  [[nodiscard]] const Vector6d& right_side() const { return b_; }
 
-  void add_plane(const Eigen::Vector3f& q, const Eigen::Vector3f& n, float error, float weight) {
-    Eigen::Matrix<float, 6, 1> j;
-    j << n, q.cross(n);
-    const Eigen::Matrix<float, 6, 1> wj = weight * j;
-    for (int c = 0; c < 6; ++c) {
-      for (int r = c; r < 6; ++r) h(r, c) += static_cast<double>(wj[r] * j[c]);
-      b[c] += static_cast<double>(wj[c] * error);
-    }
+ private:
+  typedef float Lanes __attribute__((vector_size(16)));
+  static constexpr std::uint32_t carry_after = 32;
+  Lanes low_[6] = {};   // of each row: columns 0 to 3
+  Lanes high_[6] = {};  // columns 4, 5 and the right side
+  std::uint32_t pending_ = 0;
+  Matrix6d h_ = Matrix6d::Zero();
+  Vector6d b_ = Vector6d::Zero();
+};
+
+// Moments of the correspondences, from which Appendix A's sums follow.
+struct Moments {
+  std::uint32_t count = 0;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+  double products[6] = {};  // xx xy xz yy yz zz of the points
+  double squared_m2 = 0;
+
+  void add(const Point& q, const Point& error_m) {
+    ++count;
+    point += as_vector(q);
+    residual += as_vector(error_m);
+    torque += as_vector(cross(q, error_m));
+    const float terms[6] = {q.x * q.x, q.x * q.y, q.x * q.z, q.y * q.y, q.y * q.z, q.z * q.z};
+    for (int i = 0; i < 6; ++i) products[i] += static_cast<double>(terms[i]);
+    squared_m2 += static_cast<double>(dot(error_m, error_m));
   }
-  void add_point(const Eigen::Vector3f& q, const Eigen::Vector3f& error, float weight) {
-    // J = [ I | -[q]x ]
-    const float w = weight;
-    for (int i = 0; i < 3; ++i) h(i, i) += static_cast<double>(w);
-    const Eigen::Vector3f wq = w * q;
-    h(4, 0) += static_cast<double>(wq.z());
-    h(5, 0) += static_cast<double>(-wq.y());
-    h(3, 1) += static_cast<double>(-wq.z());
-    h(5, 1) += static_cast<double>(wq.x());
-    h(3, 2) += static_cast<double>(wq.y());
-    h(4, 2) += static_cast<double>(-wq.x());
-    h(3, 3) += static_cast<double>(wq.y() * q.y() + wq.z() * q.z());
-    h(4, 4) += static_cast<double>(wq.x() * q.x() + wq.z() * q.z());
-    h(5, 5) += static_cast<double>(wq.x() * q.x() + wq.y() * q.y());
-    h(4, 3) += static_cast<double>(-wq.x() * q.y());
-    h(5, 3) += static_cast<double>(-wq.x() * q.z());
-    h(5, 4) += static_cast<double>(-wq.y() * q.z());
-    const Eigen::Vector3f torque = q.cross(error);
-    for (int i = 0; i < 3; ++i) {
-      b[i] += static_cast<double>(w * error[i]);
-      b[3 + i] += static_cast<double>(w * torque[i]);
-    }
+  [[nodiscard]] IcpSums sums() const {  // rows M_i = [ I | -[q]x ]
+    IcpSums sums;
+    sums.count = count;
+    sums.mtz << residual, torque;
+    sums.ztz_m2 = squared_m2;
+    Eigen::Matrix3d cross_sum;
+    cross_sum << 0, -point.z(), point.y(), point.z(), 0, -point.x(), -point.y(), point.x(), 0;
+    Eigen::Matrix3d product_sum;
+    product_sum << products[0], products[1], products[2], products[1], products[3], products[4], products[2],
+        products[4], products[5];
+    sums.mtm.topLeftCorner<3, 3>() = count * Eigen::Matrix3d::Identity();
+    sums.mtm.bottomLeftCorner<3, 3>() = cross_sum;
+    sums.mtm.topRightCorner<3, 3>() = -cross_sum;
+    sums.mtm.bottomRightCorner<3, 3>() = product_sum.trace() * Eigen::Matrix3d::Identity() - product_sum;
+    return sums;
   }
-  void complete() { h.triangularView<Eigen::StrictlyUpper>() = h.transpose(); }
+};
+
+// Geman-McClure: residuals well above the scale count little. Scale 0: all count alike.
+float robust_weight(float squared_m2, float scale_m) {
+  if (!(scale_m > 0)) return 1;
+  const float ratio = 1.0F + squared_m2 / (scale_m * scale_m);
+  return 1.0F / (ratio * ratio);
+}
+
+constexpr float planar_roughness = 0.2F;  // at and above, a sample has no plane
+
+struct Step {
+  Pose model_from_model;
+  Vector6d weak_direction = Vector6d::Zero();  // zero: none
+};
+
+// What one iteration minimises, gathered correspondence by correspondence.
+struct Minimizer {
+  Minimizer(const IcpConfig& icp_config, float robust_scale_m) : config(icp_config), scale_m(robust_scale_m) {}
+
+  void add(const Point& target, const Point& q, const Point& normal, float plane_weight) {
+    const Point error_m = target - q;
+    ++count;
+    if (config.metric == IcpMetric::surface && plane_weight > 0) {
+      const float along_m = dot(normal, error_m);
+      const float weight = plane_weight * robust_weight(along_m * along_m, scale_m);
+      equations.add_plane(q, normal, along_m, weight);
+      add_residual(along_m * along_m, weight);
+      return;
+    }
+    const float squared_m2 = dot(error_m, error_m);
+    float weight = robust_weight(squared_m2, scale_m);
+    if (config.metric == IcpMetric::surface) {
+      weight *= config.rough_weight;
+    } else {
+      pairs.add(as_vector(target), as_vector(q), static_cast<double>(weight));
+      add_residual(squared_m2, weight);
+    }
+    equations.add_point(q, error_m, weight);
+  }
+
+  [[nodiscard]] double rms_m() const { return weight_sum > 0 ? std::sqrt(squared_sum_m2 / weight_sum) : 0; }
+
+  // The step to the minimum, except along a direction that is undetermined: with radians weighed by the points' typical
+  // distance, one whose curvature is below `degenerate_ratio` of the largest.
+  [[nodiscard]] Step solve(Matrix6d& information) {
+    equations.carry();
+    const Matrix6d h = equations.matrix();
+    information = h / std::max(1e-6, rms_m() * rms_m());
+    const double lever_m = std::sqrt(h.bottomRightCorner<3, 3>().trace() / h.topLeftCorner<3, 3>().trace());
+    Vector6d unit = Vector6d::Ones();
+    unit.tail<3>().setConstant(1.0 / std::max(lever_m, 1e-6));
+    const SymmetricEigen<6> eigen = symmetric_eigen<6>(unit.asDiagonal() * h * unit.asDiagonal());
+    Step step;
+    Vector6d twist = Vector6d::Zero();
+    for (int i = 0; i < 6; ++i) {
+      const Vector6d direction = unit.cwiseProduct(eigen.vectors.col(i));
+      if (eigen.values[i] > static_cast<double>(config.degenerate_ratio) * eigen.values[5]) {
+        twist += direction.dot(equations.right_side()) / eigen.values[i] * direction;
+      } else if (step.weak_direction.isZero()) {
+        step.weak_direction = direction.normalized();
+      }
+    }
+    const bool in_closed_form = config.metric == IcpMetric::point_to_point && step.weak_direction.isZero();
+    step.model_from_model = in_closed_form ? horn(pairs) : exp_se3(twist);
+    return step;
+  }
+
+  const IcpConfig& config;
+  float scale_m;
+  std::uint32_t count = 0;
+
+ private:
+  void add_residual(float squared_m2, float weight) {
+    squared_sum_m2 += static_cast<double>(weight * squared_m2);
+    weight_sum += static_cast<double>(weight);
+  }
+
+  NormalEquations equations;
+  HornSums pairs;
+  double squared_sum_m2 = 0;
+  double weight_sum = 0;
 };
 
 }  // namespace
@@ -91,17 +236,10 @@ Pose horn(const HornSums& sums) {
   return model_from_data;
 }
 
-IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> data, const Pose& initial_model_from_data,
-                     const IcpConfig& config, std::span<IcpIteration> trace) {
-  IcpResult result;
-  result.model_from_data = initial_model_from_data;
-  const auto model_count = static_cast<std::uint32_t>(std::min<std::size_t>(model.size(), maximum_model_scans));
-  if (model_count == 0) return result;
-
-  // The data's samples, once, in the data frame.
+std::uint32_t Icp::gather(std::span<const IcpScan> data) {
   std::size_t offered = 0;
   for (const IcpScan& scan : data) offered += scan.samples.size();
-  const std::size_t stride = std::max<std::size_t>(1, (offered + data_.size() - 1) / std::max<std::size_t>(1, data_.size()));
+  const std::size_t stride = (offered + data_.size() - 1) / std::max<std::size_t>(1, data_.size());
   std::uint32_t count = 0;
   std::size_t number = 0;
   for (const IcpScan& scan : data) {
@@ -109,112 +247,86 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
     for (const SurfaceSample& sample : scan.samples) {
       if (number++ % stride != 0) continue;
       DataPoint& point = data_[count++];
-      point.point = data_from_body * as_vector(scan.tree->point(sample.index));
-      point.normal = data_from_body.rotation * Eigen::Map<const Eigen::Vector3f>(sample.normal);
-      point.plane_weight = sample.roughness < 1 ? std::max(0.0F, 1.0F - 5.0F * sample.roughness) : 0.0F;
-      point.hint = Neighbor::none;
+      point.point = data_from_body * scan.tree->point(sample.index);
+      point.normal = data_from_body.rotate({sample.normal[0], sample.normal[1], sample.normal[2]});
+      point.plane_weight = std::max(0.0F, 1.0F - sample.roughness / planar_roughness);
+      point.model = 0;
+      point.nearest = Neighbor::none;
     }
   }
-  const std::span<DataPoint> points = data_.first(count);
-  std::array<FloatTransform, maximum_model_scans> model_from_body;
-  for (std::uint32_t m = 0; m < model_count; ++m) model_from_body[m] = FloatTransform(model[m].side_from_body);
+  return count;
+}
 
-  const std::uint32_t queries_per_sample = std::clamp(config.queries_per_sample, 1U, model_count);
+IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                     const Pose& initial_model_from_data, const IcpConfig& config, std::span<IcpIteration> trace) {
+  IcpResult result;
+  result.model_from_data = initial_model_from_data;
+  if (model.empty() || model.size() > maximum_model_scans) return result;
+  const std::span<DataPoint> points = data_.first(gather(data));
+  std::array<FloatTransform, maximum_model_scans> model_from_body;
+  for (std::size_t m = 0; m < model.size(); ++m) model_from_body[m] = FloatTransform(model[m].side_from_body);
+
   float limit_m = config.first_distance_limit_m;
   float scale_m = 0;  // of the robust weights: follows the residuals down
-  bool is_last = false;
+  result.verdict = IcpVerdict::iteration_limit;
   for (std::uint32_t iteration = 0; iteration < config.maximum_iterations; ++iteration) {
+    const bool is_fine = limit_m <= config.last_distance_limit_m;
+    const std::size_t stride = is_fine ? 1 : std::max<std::uint32_t>(1, config.coarse_stride);
     const FloatTransform model_from_data(result.model_from_data);
     std::array<FloatTransform, maximum_model_scans> body_from_data;
-    for (std::uint32_t m = 0; m < model_count; ++m) {
+    for (std::size_t m = 0; m < model.size(); ++m) {
       body_from_data[m] = FloatTransform(model[m].side_from_body.inverse() * result.model_from_data);
     }
-    NormalEquations equations;
-    HornSums horn_sums;
-    IcpSums sums;
-    double squared_sum_m2 = 0;
-    double weight_sum = 0;
-    std::uint32_t queries = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
+
+    Minimizer minimizer(config, scale_m);
+    result.queries = 0;
+    for (std::size_t i = 0; i < points.size(); i += stride) {
       DataPoint& point = points[i];
-      for (std::uint32_t turn = 0; turn < queries_per_sample; ++turn) {
-        const std::uint32_t m = (i + turn * (model_count / queries_per_sample)) % model_count;
-        ++queries;
-        const std::uint32_t hint = queries_per_sample == 1 ? point.hint : Neighbor::none;
-        const Neighbor nearest = model[m].tree->nearest(as_point(body_from_data[m] * point.point), limit_m * limit_m, hint);
-        point.hint = nearest.index;
-        if (nearest.index == Neighbor::none) continue;
-        const Eigen::Vector3f target = model_from_body[m] * as_vector(model[m].tree->point(nearest.index));
-        const Eigen::Vector3f q = model_from_data * point.point;
-        const Eigen::Vector3f error = target - q;
-        ++sums.count;
-        if (config.metric == IcpMetric::point_to_point) {
-          const float squared_m2 = error.squaredNorm();
-          float weight = 1;
-          if (scale_m > 0) {
-            const float ratio = squared_m2 / (scale_m * scale_m);
-            weight = 1.0F / ((1.0F + ratio) * (1.0F + ratio));
-          }
-          horn_sums.add(target.cast<double>(), q.cast<double>(), static_cast<double>(weight));
-          squared_sum_m2 += static_cast<double>(weight * squared_m2);
-          weight_sum += static_cast<double>(weight);
-          equations.add_point(q, error, weight);
-        } else {
-          const Eigen::Vector3f normal = model_from_data.rotation * point.normal;
-          const float along_m = normal.dot(error);
-          const float rough_m2 = error.squaredNorm();
-          const float squared_m2 = point.plane_weight > 0 ? along_m * along_m : rough_m2;
-          float weight = 1;
-          if (scale_m > 0) {
-            const float ratio = squared_m2 / (scale_m * scale_m);
-            weight = 1.0F / ((1.0F + ratio) * (1.0F + ratio));
-          }
-          if (point.plane_weight > 0) {
-            equations.add_plane(q, normal, along_m, weight * point.plane_weight);
-            squared_sum_m2 += static_cast<double>(weight * point.plane_weight * along_m * along_m);
-            weight_sum += static_cast<double>(weight * point.plane_weight);
-          }
-          if (config.rough_weight > 0) equations.add_point(q, error, weight * config.rough_weight);
-        }
-      }
+      const auto m = static_cast<std::uint32_t>((i / stride) % model.size());  // the model's scans in turn
+      const std::uint32_t hint = point.model == m ? point.nearest : Neighbor::none;
+      point.model = m;
+      point.nearest = model[m].tree->nearest(body_from_data[m] * point.point, limit_m * limit_m, hint).index;
+      ++result.queries;
+      if (point.nearest == Neighbor::none) continue;
+      const Point target = model_from_body[m] * model[m].tree->point(point.nearest);
+      minimizer.add(target, model_from_data * point.point, model_from_data.rotate(point.normal), point.plane_weight);
     }
     result.iterations = iteration + 1;
-    result.queries = queries;
-    result.correspondences = sums.count;
-    result.overlap = queries > 0 ? static_cast<double>(sums.count) / queries : 0;
-    result.rms_m = weight_sum > 0 ? std::sqrt(squared_sum_m2 / weight_sum) : 0;
-    if (sums.count < config.minimum_correspondences) {
+    result.correspondences = minimizer.count;
+    result.overlap = result.queries > 0 ? static_cast<double>(minimizer.count) / result.queries : 0;
+    result.rms_m = minimizer.rms_m();
+    if (minimizer.count < config.minimum_correspondences) {
       result.verdict = IcpVerdict::too_few_correspondences;
       result.model_from_data = initial_model_from_data;
       return result;
     }
-    equations.complete();
-    result.information = equations.h / std::max(1e-6, result.rms_m * result.rms_m);
 
-    Pose step;
-    if (config.metric == IcpMetric::point_to_point) {
-      step = horn(horn_sums);
-    } else {
-      step = exp_se3(SymmetricSolver<6>(equations.h).solve(equations.b));
-    }
-    result.model_from_data = step * result.model_from_data;
-    const double turned_rad = angle_between_rad(step.rotation, Eigen::Quaterniond::Identity());
-    // how far the body itself went, not the frame's origin
-    const double moved_m = (step * result.model_from_data.translation_m - result.model_from_data.translation_m).norm();
-    if (iteration < trace.size()) trace[iteration] = {limit_m, sums.count, result.rms_m, moved_m, turned_rad};
-    const bool still = moved_m < static_cast<double>(config.translation_epsilon_m) &&
-                       turned_rad < static_cast<double>(config.rotation_epsilon_rad);
-    if (still && is_last) {
+    const Step step = minimizer.solve(result.information);
+    const Pose moved = step.model_from_model * result.model_from_data;
+    const double moved_m = (moved.translation_m - result.model_from_data.translation_m).norm();
+    const double turned_rad = angle_between_rad(moved.rotation, result.model_from_data.rotation);
+    if (iteration < trace.size()) trace[iteration] = {limit_m, minimizer.count, result.rms_m, moved_m, turned_rad};
+    result.model_from_data = moved;
+    result.weak_direction = step.weak_direction;
+    const bool is_still = moved_m < static_cast<double>(config.translation_epsilon_m) &&
+                          turned_rad < static_cast<double>(config.rotation_epsilon_rad);
+    if (is_still && is_fine) {
       result.verdict = IcpVerdict::converged;
-      return result;
+      break;
     }
-    is_last = limit_m <= config.last_distance_limit_m;
     limit_m = std::max(config.last_distance_limit_m, limit_m * config.limit_factor);
-    if (config.robust_scale_m > 0) {
-      scale_m = std::max(config.robust_scale_m, 3.0F * static_cast<float>(result.rms_m));
-    }
+    if (config.robust_scale_m > 0) scale_m = std::max(config.robust_scale_m, 3.0F * static_cast<float>(result.rms_m));
   }
-  result.verdict = IcpVerdict::iteration_limit;
+  if (!result.weak_direction.isZero()) result.verdict = IcpVerdict::degenerate;
+
+  Moments moments;  // of the last iteration's correspondences, at the pose they led to
+  const FloatTransform model_from_data(result.model_from_data);
+  for (const DataPoint& point : points) {
+    if (point.nearest == Neighbor::none) continue;
+    const Point q = model_from_data * point.point;
+    moments.add(q, model_from_body[point.model] * model[point.model].tree->point(point.nearest) - q);
+  }
+  result.sums = moments.sums();
   return result;
 }
 

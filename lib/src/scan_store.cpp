@@ -8,7 +8,6 @@ namespace alces {
 namespace {
 
 constexpr float steps = 65535.0F;
-constexpr float normal_steps = 32767.0F;
 constexpr float roughness_steps = 255.0F;
 
 struct Box {
@@ -128,7 +127,7 @@ Status ScanStore::add(std::span<const Point> points) {
   Record entry{in_archive, count, slot.sample_count};
   if (counters_.pool_bytes + record.size() <= pool_.size()) {
     entry.offset = counters_.pool_bytes;
-    std::memcpy(pool_.data() + entry.offset, record.data(), record.size());
+    std::memcpy(pool_.data() + static_cast<std::size_t>(entry.offset), record.data(), record.size());
     counters_.pool_bytes += record.size();
   } else {
     if (archive_ == nullptr) return Status::no_point_capacity;
@@ -163,7 +162,7 @@ Status ScanStore::load(std::uint32_t scan, StoredScan& stored) {
       if (archive_ == nullptr || !archive_->read(scan, buffer)) return Status::archive_read_failed;
       record = buffer;
     } else {
-      record = pool_.subspan(entry.offset, bytes);
+      record = pool_.subspan(static_cast<std::size_t>(entry.offset), bytes);
     }
     if (!decode(record, scan, *slot)) return Status::archive_read_failed;
   }

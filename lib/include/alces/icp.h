@@ -4,8 +4,10 @@
 // minimises the distances: to the points themselves (paper, appendix A.1, in Horn's closed form), or mostly along the
 // samples' normals, which lets surfaces slide and converges in far fewer iterations to far less drift.
 //
-// Time: at most iterations x samples x queries_per_sample nearest-neighbour queries.
-// Memory: 32 bytes a correspondence of capacity.
+// The samples ask the model's scans in turn, so that a metascan costs no more than one scan and need not be merged.
+//
+// Time: at most iterations x samples nearest-neighbour queries.
+// Memory: 36 bytes a correspondence of capacity.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,9 +35,9 @@ struct IcpConfig {
   float translation_epsilon_m = 0.002F;   ///< converged when an iteration moves less ...
   float rotation_epsilon_rad = 0.0002F;   ///< ... and turns less, at the last distance limit
   std::uint32_t minimum_correspondences = 50;
-  std::uint32_t queries_per_sample = 1;  ///< model scans asked for each sample, in turn
+  std::uint32_t coarse_stride = 4;       ///< only every so many samples, until the last distance limit is reached
   float robust_scale_m = 0.05F;          ///< residuals well above count little; 0: all count alike
-  float rough_weight = 0.02F;            ///< surface metric: weight of the plain distance beside that along the normal
+  float rough_weight = 0.02F;            ///< surface metric: weight of the distance where there is no plane
   float degenerate_ratio = 1e-3F;        ///< smallest over largest curvature below this: a direction is undetermined
 };
 
@@ -71,7 +73,6 @@ struct IcpResult {
   std::uint32_t queries = 0;          ///< samples that asked for one
   double overlap = 0;                 ///< correspondences / queries
   double rms_m = 0;                   ///< of what is minimised: along normals, or of whole distances
-  double median_m = 0;                ///< about the median of the same
   Matrix6d information = Matrix6d::Zero();  ///< of model_from_data, left perturbation (t, rotation), model frame
   Vector6d weak_direction = Vector6d::Zero();
   IcpSums sums;
@@ -101,11 +102,15 @@ class Icp {
 
  private:
   struct DataPoint {
-    Eigen::Vector3f point;   // data frame
-    Eigen::Vector3f normal;  // data frame
-    float plane_weight;      // 0: no plane
-    std::uint32_t hint;      // index of the last correspondence in its model scan
+    Point point;         // data frame
+    Point normal;        // data frame
+    float plane_weight;     // 0: no plane
+    std::uint32_t model;    // scan that the sample asked last
+    std::uint32_t nearest;  // what it answered
   };
+
+  std::uint32_t gather(std::span<const IcpScan> data);
+
   std::span<DataPoint> data_;
 };
 
