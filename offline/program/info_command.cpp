@@ -106,7 +106,7 @@ Json describe(ScanSource& scans) {
         ++not_finite;
         continue;
       }
-      const Eigen::Vector3d in_body(point.x, point.y, point.z);
+      const Eigen::Vector3d in_body = Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
       max_range_m = std::max(max_range_m, in_body.norm());
       extent.include(pose ? *pose * in_body : in_body);
     }

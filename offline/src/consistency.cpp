@@ -44,7 +44,7 @@ using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<
 constexpr std::size_t leaf_size = 10;
 
 Eigen::Vector3d vector(const Point& point) {
-  return Eigen::Vector3d(point.x, point.y, point.z);
+  return Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
 }
 
 std::vector<Point> within_range(std::span<const Point> points, const ConsistencySettings& settings) {
@@ -198,7 +198,7 @@ std::vector<GroupConsistency> measure_consistency(
     const ConsistencySettings& settings, const std::function<void(std::size_t, std::size_t)>& progress) {
   if (scans.size() != map_from_scan.size()) {
     throw InputError(
-        fmt::format("the trajectory has {} poses, but there are {} scans: give the scans it was made from",
+        fmt::format("poses in the trajectory: {}, scans: {}; give the scans that it was made from",
                     map_from_scan.size(), scans.size()));
   }
   std::vector<GroupConsistency> results;

@@ -40,7 +40,7 @@ std::size_t splat(const Camera& camera, std::span<const Point> points, Take take
   std::size_t inside = 0;
   for (const Point& point : points) {
     if (!is_finite(point)) continue;
-    const Projected at = camera.project(Eigen::Vector3d(point.x, point.y, point.z));
+    const Projected at = camera.project(Eigen::Vector3f(point.x, point.y, point.z).cast<double>());
     if (!(at.x >= 0 && at.y >= 0 && at.x < camera.width_px() && at.y < camera.height_px() && at.depth_m > 0))
       continue;
     take(pixel_index(camera, static_cast<int>(at.x), static_cast<int>(at.y)), at, point);
@@ -87,7 +87,7 @@ Camera Camera::oblique(const Box& box, std::span<const Point> driven, std::span<
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::max());
   Eigen::Vector2d high = -low;
   const auto project = [&](const Point& point) {
-    const Projected at = camera.project(Eigen::Vector3d(point.x, point.y, point.z));
+    const Projected at = camera.project(Eigen::Vector3f(point.x, point.y, point.z).cast<double>());
     return Eigen::Vector2d(at.x, at.y);
   };
   for (const Point& point : driven) {
