@@ -47,7 +47,6 @@ int run(int argc, char** argv) {
   alces.footer(footer);
   alces.require_subcommand(1);
 
-  add_map_command(alces);
   add_evaluate_command(alces);
   add_render_command(alces);
   add_info_command(alces);
