@@ -11,6 +11,7 @@
 
 namespace alces::offline {
 
+void add_map_command(CLI::App& alces);
 void add_evaluate_command(CLI::App& alces);
 void add_render_command(CLI::App& alces);
 void add_info_command(CLI::App& alces);

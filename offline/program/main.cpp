@@ -47,6 +47,7 @@ int run(int argc, char** argv) {
   alces.footer(footer);
   alces.require_subcommand(1);
 
+  add_map_command(alces);
   add_evaluate_command(alces);
   add_render_command(alces);
   add_info_command(alces);

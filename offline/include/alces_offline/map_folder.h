@@ -1,0 +1,31 @@
+// The map folder of a run: docs/map-folder.md.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "alces_offline/map_run.h"
+
+namespace alces::offline {
+
+/// What the run itself does not know of the program around it.
+struct ProgramFacts {
+  std::string version;
+  std::vector<std::string> command_line;
+  std::string front_end;  ///< "default" or "paper"
+};
+
+/// Makes the folder and finds out whether files can be written into it, before long work is done for it;
+/// OutputError.
+void prepare_map_folder(const std::filesystem::path& folder);
+
+/// Writes trajectory.tum, graph.g2o, frames/, map.ply and, last, run.json, each whole or not at all; .frames
+/// of an earlier map that this one does not have are removed. Returns what stands in run.json. OutputError;
+/// InputError when an archived scan cannot be read back.
+nlohmann::json write_map_folder(const std::filesystem::path& folder, MapRun& run,
+                                const ProgramFacts& program);
+
+}  // namespace alces::offline

@@ -1,0 +1,108 @@
+// One run of `alces map`: scans from a source through a mapper in one block of memory.
+//
+// Whatever stops a run (an unreadable scan, a capacity, a full disk, Ctrl-C), the map up to there stays whole
+// and can be written; problem() says what stopped it and how the program is to leave.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alces/mapper.h"
+#include "alces_offline/error.h"
+#include "alces_offline/file_archive.h"
+#include "alces_offline/memory_plan.h"
+#include "alces_offline/scan_source.h"
+#include "alces_offline/steady_stage_clock.h"
+#include "alces_offline/trajectory.h"
+
+namespace alces::offline {
+
+struct MapRequest {
+  /// scan_capacity 0: as many as the source has scans; pool_bytes 0: what is left of memory_bytes.
+  MapperConfig config;
+  std::size_t memory_bytes = std::size_t{64} << 20;
+  std::optional<std::filesystem::path> archive;
+};
+
+/// A scan that is in the map.
+struct MappedScan {
+  std::size_t source_index = 0;
+  StageTimes times;
+  std::uint32_t kept_points = 0;
+  std::uint32_t iterations = 0;
+  bool is_predicted = false;
+};
+
+/// A scan that the mapper would not take, and why.
+struct RefusedScan {
+  std::size_t source_index = 0;
+  Status reason = Status::ok;
+};
+
+class MapRun {
+ public:
+  struct Callbacks {
+    std::function<void(std::size_t done, std::size_t total)> progress;  ///< after every scan; may be empty
+    std::function<int()> stop_signal;  ///< the signal that asks for an end, 0 for none; may be empty
+  };
+
+  /// Plans and takes the memory: CapacityError, UsageError, OutputError for the archive. `scans` outlives the
+  /// run.
+  MapRun(ScanSource& scans, const MapRequest& request);
+
+  /// Maps all scans, one after the other, and closes the loop that is open at the end. Once.
+  void run(const Callbacks& callbacks = {});
+
+  /// What stopped the run before the last scan; none when all is done.
+  [[nodiscard]] const std::optional<Error>& problem() const { return problem_; }
+
+  [[nodiscard]] const ScanSource& source() const { return scans_; }
+  [[nodiscard]] Mapper& mapper() { return *mapper_; }
+  [[nodiscard]] const Mapper& mapper() const { return *mapper_; }
+  [[nodiscard]] const MemoryPlan& memory() const { return plan_; }
+  [[nodiscard]] const std::optional<std::filesystem::path>& archive() const { return archive_file_; }
+  [[nodiscard]] const std::vector<MappedScan>& mapped() const {
+    return mapped_;
+  }  ///< in the order of the map
+  [[nodiscard]] const std::vector<RefusedScan>& refused() const { return refused_; }
+  [[nodiscard]] std::size_t thinned_scans() const { return thinned_scans_; }  ///< the voxel table was full
+  [[nodiscard]] double read_wait_s() const { return read_wait_s_; }  ///< the mapper waited for the reader
+  [[nodiscard]] double mapping_s() const { return mapping_s_; }      ///< in the mapper
+  [[nodiscard]] double wall_s() const { return wall_s_; }            ///< of run()
+
+  /// The poses as they are now, a scan of the map each; stamps are the scans' numbers unless all have a time.
+  [[nodiscard]] Trajectory trajectory() const;
+  [[nodiscard]] double length_m() const;
+  /// Of the source, and what the mapper made of the scans.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// "scan007.3d" of a scan of the map.
+  [[nodiscard]] std::string name_in_source(std::uint32_t scan) const;
+
+ private:
+  [[nodiscard]] bool add(std::size_t index, const std::vector<Point>& points);
+  [[nodiscard]] Error capacity_problem(std::size_t index, Status status) const;
+
+  ScanSource& scans_;
+  std::optional<std::filesystem::path> archive_file_;
+  MapperConfig config_;
+  MemoryPlan plan_;
+  MemoryBlock block_;
+  std::unique_ptr<FileArchive> archive_;
+  SteadyStageClock clock_;
+  Mapper* mapper_ = nullptr;
+  std::vector<MappedScan> mapped_;
+  std::vector<RefusedScan> refused_;
+  std::size_t thinned_scans_ = 0;
+  double read_wait_s_ = 0;
+  double mapping_s_ = 0;
+  double wall_s_ = 0;
+  std::optional<Error> problem_;
+};
+
+}  // namespace alces::offline

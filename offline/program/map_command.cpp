@@ -1,0 +1,158 @@
+// alces map: scans in, a loop-closed map out.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "alces_offline/byte_size.h"
+#include "alces_offline/error.h"
+#include "alces_offline/map_folder.h"
+#include "alces_offline/map_run.h"
+#include "alces_offline/mapper_settings.h"
+#include "alces_offline/run_report.h"
+#include "alces_offline/scan_source.h"
+#include "alces_offline/stop_signal.h"
+#include "command.h"
+#include "scan_progress.h"
+
+namespace alces::offline {
+namespace {
+
+#ifndef ALCES_VERSION
+#define ALCES_VERSION "0.1.0"
+#endif
+
+struct Options {
+  std::vector<std::filesystem::path> scans;
+  std::string out;
+  std::string odometry;
+  std::string front_end = "default";
+  std::string loop_optimizer = "elch";
+  std::string memory = "64MiB";
+  std::string archive;
+  std::string config;
+  bool prints_config = false;
+  bool json = false;
+};
+
+constexpr const char* footer = R"(Examples:
+  alces map scans/ --out town                            a folder of scans -> the map folder town/
+  alces map scans/ --out town --odometry drive.tum       poses from a file instead of those beside the scans
+  alces map scans/ --out town --front-end paper          ICP and sharing out as they were published
+  alces map scans/ --out town --memory 16MiB --archive scratch.scans
+                                                         as on a small board: what does not fit goes to the disk
+  alces map --print-config > map.toml                    every number, to be changed and given with --config
+
+SCANS is a folder or several files: 3DTK uos, PCD, PLY, KITTI .bin, CSV. The map folder holds trajectory.tum (the poses),
+graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops); its files are
+replaced one by one, each when it is whole. The frame is REP 103's, metres, the origin is the first scan.
+
+--memory is all that the mapper has: one block, planned before the first scan. --archive takes the scans that do not fit; the
+poses do not depend on either. The archive may be removed afterwards.
+
+Ctrl-C ends the map after the scan that is being matched and writes it, a second one ends the program at once.
+
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 cannot be written, 130 Ctrl-C, 143 told
+to stop. With 3, 4, 130 and 143 the scans mapped so far are in OUT.)";
+
+constexpr std::size_t most_warnings = 10;
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (std::size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i)
+    fmt::print(stderr, "alces: warning: {}\n", warnings[i]);
+  if (warnings.size() > most_warnings)
+    fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n",
+               warnings.size() - most_warnings);
+}
+
+std::vector<std::string> command_line() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+  return words;
+}
+
+MapRequest request(const Options& options) {
+  MapRequest request;
+  request.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
+  if (!options.config.empty()) read_settings(options.config, request.config);
+  if (options.loop_optimizer == "none") request.config.close_loops = false;
+  const auto memory = parse_byte_size(options.memory);
+  if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
+  request.memory_bytes = *memory;
+  if (!options.archive.empty()) request.archive = options.archive;
+  return request;
+}
+
+void map_scans(const Options& options) {
+  if (options.prints_config) {
+    fmt::print("{}", to_toml(request(options).config));
+    return;
+  }
+  if (options.scans.empty()) throw UsageError("SCANS is missing; name a folder of scans, or scan files");
+  if (options.out.empty()) throw UsageError("--out is missing; name the folder that the map is written to");
+
+  const MapRequest map_request = request(options);
+  ScanSourceOptions source_options;
+  if (!options.odometry.empty()) source_options.odometry = options.odometry;
+  PrefetchingScanSource scans(open_scans(options.scans, source_options));
+  prepare_map_folder(options.out);
+
+  MapRun run(scans, map_request);
+  const StopSignal stop;
+  {
+    ScanProgress progress;
+    run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },
+             [&stop] { return stop.received(); }});
+  }
+  print_warnings(run.warnings());
+  if (run.mapper().scan_count() == 0) {
+    if (run.problem()) throw Error(*run.problem());
+    throw InputError(options.scans.front(), "none of the scans could be mapped; nothing is written");
+  }
+  const ProgramFacts program{ALCES_VERSION, command_line(), options.front_end};
+  nlohmann::json report;
+  try {
+    report = write_map_folder(options.out, run, program);
+  } catch (const Error&) {
+    if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
+    throw;
+  }
+  fmt::print("{}", options.json ? report.dump(2) + "\n" : run_summary(run, report));
+  if (run.problem()) {
+    std::fflush(stdout);
+    throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),
+                            run.mapper().scan_count(), options.out),
+                run.problem()->exit_status());
+  }
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& alces) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = alces.add_subcommand("map", "A consistent map from a folder of scans.");
+  verb->footer(footer);
+  verb->add_option("SCANS", options->scans, "a folder of scans, or scan files");
+  verb->add_option("--out", options->out, "the map folder to write");
+  verb->add_option("--odometry", options->odometry, "rough poses: TUM, KITTI, 3DTK or 4x4 matrices");
+  verb->add_option("--front-end", options->front_end, "how scans are matched")
+      ->check(CLI::IsMember({"default", "paper"}))
+      ->capture_default_str();
+  verb->add_option("--loop-optimizer", options->loop_optimizer, "how loops are closed, or none")
+      ->check(CLI::IsMember({"elch", "none"}))
+      ->capture_default_str();
+  verb->add_option("--memory", options->memory, "for the mapper, all in all")->capture_default_str();
+  verb->add_option("--archive", options->archive, "a file for the scans that do not fit");
+  verb->add_option("--config", options->config, "a TOML file with the numbers that differ from the defaults");
+  verb->add_flag("--print-config", options->prints_config, "print all numbers as TOML and map nothing");
+  verb->add_flag("--json", options->json, "print run.json instead of lines for people");
+  verb->callback([options] { map_scans(*options); });
+}
+
+}  // namespace alces::offline

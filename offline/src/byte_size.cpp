@@ -1,0 +1,50 @@
+#include "alces_offline/byte_size.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace alces::offline {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, double>, 8> units = {{{"", 1},
+                                                                       {"b", 1},
+                                                                       {"kib", 1024.0},
+                                                                       {"mib", 1024.0 * 1024},
+                                                                       {"gib", 1024.0 * 1024 * 1024},
+                                                                       {"kb", 1e3},
+                                                                       {"mb", 1e6},
+                                                                       {"gb", 1e9}}};
+
+}  // namespace
+
+std::optional<std::size_t> parse_byte_size(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || !std::isfinite(number) || number < 0) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  std::string unit(text);
+  for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const auto& [name, bytes] : units) {
+    if (unit != name) continue;
+    const double size = std::floor(number * bytes);
+    if (size >= 9.2e18) return std::nullopt;
+    return static_cast<std::size_t>(size);
+  }
+  return std::nullopt;
+}
+
+std::string format_byte_size(std::size_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  if (bytes < 1024) return fmt::format("{} B", bytes);
+  if (size < 1024.0 * 1024) return fmt::format("{:.1f} KiB", size / 1024);
+  if (size < 1024.0 * 1024 * 1024) return fmt::format("{:.1f} MiB", size / (1024.0 * 1024));
+  return fmt::format("{:.2f} GiB", size / (1024.0 * 1024 * 1024));
+}
+
+}  // namespace alces::offline

@@ -1,0 +1,80 @@
+#include "alces_offline/map_folder.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <set>
+#include <system_error>
+
+#include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/map_writer.h"
+#include "alces_offline/output_file.h"
+#include "alces_offline/run_report.h"
+
+namespace alces::offline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// 3DTK's show, and everyone who reads a folder of .frames, would take those of a longer map before for scans
+// of this.
+void write_frames(const fs::path& folder, const Trajectory& trajectory) {
+  write_3dtk_frames(folder, trajectory);
+  std::set<std::uint64_t> numbers;
+  for (std::size_t i = 0; i < trajectory.size(); ++i)
+    numbers.insert(trajectory.has_time ? i : static_cast<std::uint64_t>(trajectory.stamps_s[i]));
+  for (const fs::path& file : list_files(folder)) {
+    const std::string name = file.filename().string();
+    const auto number = number_in_name(file);
+    std::error_code ignored;
+    if (number && numbers.count(*number) == 0 && name == fmt::format("scan{:03}.frames", *number))
+      fs::remove(file, ignored);
+  }
+}
+
+void write_points(const fs::path& file, MapRun& run) {
+  Mapper& mapper = run.mapper();
+  PlyMapWriter writer(file);
+  std::vector<Point> points(mapper.config().voxel.cell_capacity);
+  for (std::uint32_t scan = 0; scan < mapper.scan_count(); ++scan) {
+    std::uint32_t count = 0;
+    if (const Status status = mapper.read_scan(scan, points, count); status != Status::ok)
+      throw InputError(run.archive().value_or(file), fmt::format("{} cannot be brought back ({}); map again",
+                                                                 run.name_in_source(scan), text(status)));
+    const std::size_t number = run.source().number(run.mapped()[scan].source_index);
+    writer.add(std::span(points).first(count), mapper.graph().poses()[scan],
+               static_cast<std::uint32_t>(number));
+  }
+  writer.finish();
+}
+
+}  // namespace
+
+void prepare_map_folder(const fs::path& folder) {
+  make_folder(folder);
+  make_folder(folder / "frames");
+  const OutputFile trial(folder / "run.json");  // never committed: leaves nothing, and what is there stays
+  const OutputFile trial_frame(folder / "frames" / "scan000.frames");
+}
+
+nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const ProgramFacts& program) {
+  std::map<std::string, double> write_s;
+  const auto timed = [&](const char* name, const auto& write) {
+    const auto begin = std::chrono::steady_clock::now();
+    write();
+    write_s[name] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const Trajectory trajectory = run.trajectory();
+  timed("trajectory.tum", [&] { write_tum(folder / "trajectory.tum", trajectory); });
+  timed("graph.g2o", [&] { write_g2o(folder / "graph.g2o", run.mapper().graph()); });
+  timed("frames", [&] { write_frames(folder / "frames", trajectory); });
+  timed("map.ply", [&] { write_points(folder / "map.ply", run); });
+  nlohmann::json report = run_report(run, program, write_s);
+  OutputFile file(folder / "run.json");
+  file.write(report.dump(2) + "\n");
+  file.commit();
+  return report;
+}
+
+}  // namespace alces::offline

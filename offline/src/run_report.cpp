@@ -1,0 +1,188 @@
+#include "alces_offline/run_report.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "alces_offline/byte_size.h"
+#include "alces_offline/evaluation.h"
+#include "alces_offline/mapper_settings.h"
+
+namespace alces::offline {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Median, worst and sum of one stage over the scans, in ms and s.
+template <typename Stage>
+Json stage(const std::vector<MappedScan>& scans, Stage stage_ns) {
+  std::vector<double> ms;
+  double total_ms = 0;
+  double worst_ms = 0;
+  for (const MappedScan& scan : scans) {
+    ms.push_back(static_cast<double>(stage_ns(scan.times)) * 1e-6);
+    total_ms += ms.back();
+    worst_ms = std::max(worst_ms, ms.back());
+  }
+  return {{"median_ms", median(ms)}, {"worst_ms", worst_ms}, {"total_s", total_ms * 1e-3}};
+}
+
+/// Of the scans that closed or refused a loop.
+Json loop_stage(const std::vector<MappedScan>& scans) {
+  std::vector<MappedScan> with_loop;
+  std::copy_if(scans.begin(), scans.end(), std::back_inserter(with_loop),
+               [](const MappedScan& scan) { return scan.times.loop_match_ns > 0; });
+  Json json;
+  json["match"] = stage(with_loop, [](const StageTimes& t) { return t.loop_match_ns; });
+  json["share_out"] = stage(with_loop, [](const StageTimes& t) { return t.loop_share_ns; });
+  return json;
+}
+
+Json loops(const MapRun& run) {
+  Json list = Json::array();
+  for (const LoopReport& loop : run.mapper().loops()) {
+    const bool accepted = loop.verdict == LoopVerdict::closed;
+    Json json = {{"first", loop.first},
+                 {"last", loop.last},
+                 {"first_scan", run.source().number(run.mapped()[loop.first].source_index)},
+                 {"last_scan", run.source().number(run.mapped()[loop.last].source_index)},
+                 {"accepted", accepted},
+                 {"reason", text(loop.verdict)},
+                 {"distance_m", loop.distance_m},
+                 {"overlap", loop.overlap},
+                 {"rms_m", loop.rms_m},
+                 {"mahalanobis2", loop.mahalanobis2},
+                 {"correction_m", loop.correction_m},
+                 {"correction_deg", loop.correction_rad * 180 / std::numbers::pi},
+                 {"iterations", loop.iterations}};
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+Json memory(const MapRun& run) {
+  const MemoryPlan& plan = run.memory();
+  const ScanStore::Counters& store = run.mapper().store_counters();
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return {{"limit_bytes", plan.limit_bytes},
+          {"block_bytes", plan.block_bytes},
+          {"pool_bytes", plan.pool_bytes},
+          {"pool_used_bytes", store.pool_bytes},
+          {"scans_bytes", plan.scans_bytes},
+          {"scan_bytes", plan.scan_bytes},
+          {"cache_bytes", plan.cache_bytes},
+          {"cache_slot_bytes", plan.cache_slot_bytes},
+          {"working_bytes", plan.working_bytes},
+          {"archive_bytes", store.archive_bytes},
+          {"process_peak_bytes", static_cast<std::uint64_t>(usage.ru_maxrss) * 1024}};
+}
+
+Json counters(const MapRun& run) {
+  const Mapper::Counters& mapper = run.mapper().counters();
+  const ScanStore::Counters& store = run.mapper().store_counters();
+  return {{"points_in", mapper.points_in},
+          {"points_not_finite", mapper.points_not_finite},
+          {"points_too_near", mapper.points_too_near},
+          {"points_too_far", mapper.points_too_far},
+          {"points_without_cell", mapper.points_without_cell},
+          {"points_stored", store.points},
+          {"scans_refused", mapper.scans_refused},
+          {"scans_predicted", mapper.scans_predicted},
+          {"scans_thinned", run.thinned_scans()},
+          {"scans_archived", store.archived_scans},
+          {"slot_hits", store.slot_hits},
+          {"slot_misses", store.slot_misses},
+          {"loops_offered", mapper.loops_offered},
+          {"loops_closed", mapper.loops_closed},
+          {"loops_not_listed", mapper.loops_not_listed}};
+}
+
+}  // namespace
+
+Json run_report(const MapRun& run, const ProgramFacts& program,
+                const std::map<std::string, double>& write_s) {
+  Json json;
+  json["program"] = {{"name", "alces"}, {"version", program.version}, {"command_line", program.command_line}};
+  json["source"] = {{"description", run.source().description()}, {"scans", run.source().size()}};
+  json["front_end"] = program.front_end;
+  json["settings"] = to_json(run.mapper().config());
+  json["complete"] = !run.problem().has_value();
+  json["stopped_by"] = run.problem() ? Json(run.problem()->what()) : Json();
+  json["scans"] = run.mapper().scan_count();
+  json["length_m"] = run.length_m();
+  json["loops"] = loops(run);
+  const std::vector<MappedScan>& scans = run.mapped();
+  const Json loop_times = loop_stage(scans);
+  json["times"] = {
+      {"front_end", stage(scans, [](const StageTimes& t) { return t.reduce_ns + t.store_ns + t.match_ns; })},
+      {"reduce", stage(scans, [](const StageTimes& t) { return t.reduce_ns; })},
+      {"store", stage(scans, [](const StageTimes& t) { return t.store_ns; })},
+      {"match", stage(scans, [](const StageTimes& t) { return t.match_ns; })},
+      {"detect", stage(scans, [](const StageTimes& t) { return t.detect_ns; })},
+      {"loop_match", loop_times["match"]},
+      {"loop_share_out", loop_times["share_out"]},
+      {"mapping_s", run.mapping_s()},
+      {"read_wait_s", run.read_wait_s()},
+      {"write_s", write_s},
+      {"run_s", run.wall_s()}};
+  json["memory"] = memory(run);
+  json["counters"] = counters(run);
+  Json refused = Json::array();
+  for (const RefusedScan& scan : run.refused())
+    refused.push_back({{"scan", run.source().number(scan.source_index)},
+                       {"name", run.source().name(scan.source_index)},
+                       {"reason", text(scan.reason)}});
+  json["refused_scans"] = std::move(refused);
+  json["warnings"] = run.warnings();
+  return json;
+}
+
+std::string run_summary(const MapRun& run, const Json& report) {
+  std::string lines;
+  const auto line = [&lines](const std::string& text_of_line) { lines += text_of_line + "\n"; };
+  const Mapper::Counters& counters = run.mapper().counters();
+  const double run_s = run.wall_s();
+  line(fmt::format("{} of {} scans mapped, {:.1f} m, in {:.2f} s ({:.0f} scans a second)",
+                   run.mapper().scan_count(), run.source().size(), run.length_m(), run_s,
+                   static_cast<double>(run.mapper().scan_count()) / std::max(run_s, 1e-9)));
+  line(fmt::format("loops: {} closed, {} refused", counters.loops_closed,
+                   counters.loops_offered - counters.loops_closed));
+  for (const LoopReport& loop : run.mapper().loops()) {
+    if (loop.verdict == LoopVerdict::closed) continue;
+    line(fmt::format(
+        "  {} with {} {} (distance {:.1f} m, overlap {:.0f} %, rms {:.3f} m, correction {:.2f} m)",
+        run.name_in_source(loop.last), run.name_in_source(loop.first), text(loop.verdict), loop.distance_m,
+        100 * loop.overlap, loop.rms_m, loop.correction_m));
+  }
+  const Json& times = report["times"];
+  const auto stage_line = [&](const char* title, const Json& stage_times) {
+    line(fmt::format("  {:<22}{:>8.2f} ms median {:>8.2f} ms worst {:>8.2f} s in all", title,
+                     stage_times["median_ms"].get<double>(), stage_times["worst_ms"].get<double>(),
+                     stage_times["total_s"].get<double>()));
+  };
+  line("times");
+  stage_line("front end, a scan", times["front_end"]);
+  stage_line("  thinning out", times["reduce"]);
+  stage_line("  tree and surface", times["store"]);
+  stage_line("  matching", times["match"]);
+  stage_line("loop matching, a loop", times["loop_match"]);
+  stage_line("  sharing out", times["loop_share_out"]);
+  double written_s = 0;
+  for (const auto& [file, seconds] : times["write_s"].items()) written_s += seconds.get<double>();
+  line(fmt::format("  waited {:.2f} s for the scans to be read; {:.2f} s to write the map", run.read_wait_s(),
+                   written_s));
+  const MemoryPlan& plan = run.memory();
+  const ScanStore::Counters& store = run.mapper().store_counters();
+  line(fmt::format("memory: one block of {} (pool {}, {} scans {}, cache {}, working {})",
+                   format_byte_size(plan.block_bytes), format_byte_size(plan.pool_bytes),
+                   run.mapper().config().scan_capacity, format_byte_size(plan.scans_bytes),
+                   format_byte_size(plan.cache_bytes), format_byte_size(plan.working_bytes)));
+  line(fmt::format("  {} of the pool used, {} in {} archived scans", format_byte_size(store.pool_bytes),
+                   format_byte_size(store.archive_bytes), store.archived_scans));
+  return lines;
+}
+
+}  // namespace alces::offline
