@@ -1,0 +1,398 @@
+#include "alces/icp.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <list>
+#include <memory>
+#include <vector>
+
+#include "support/in_block.h"
+#include "support/plain_scene.h"
+
+using namespace alces;
+using namespace alces::test;
+using alces::town::Random;
+
+namespace {
+
+constexpr double deg = 3.14159265358979323846 / 180;
+
+/// A scan with its tree and samples.
+class Scan {
+ public:
+  explicit Scan(const std::vector<Point>& points, std::uint32_t sample_capacity = 2048)
+      : scratch_(static_cast<std::uint32_t>(points.size())),
+        tree_(static_cast<std::uint32_t>(points.size())),
+        samples_(sample_capacity) {
+    REQUIRE(tree_->build(points, *scratch_));
+    SurfaceConfig config;
+    config.sample_capacity = sample_capacity;
+    samples_.resize(sample_surface(*tree_, config, samples_));
+  }
+  [[nodiscard]] IcpScan at(const Pose& side_from_body = Pose{}) const {
+    return {&*tree_, samples_, side_from_body};
+  }
+  [[nodiscard]] const KdTree& tree() const { return *tree_; }
+
+ private:
+  InBlock<KdTreeScratch> scratch_;
+  InBlock<KdTree> tree_;
+  std::vector<SurfaceSample> samples_;
+};
+
+IcpConfig config_for(IcpMetric metric) {
+  IcpConfig config;
+  config.metric = metric;
+  if (metric == IcpMetric::point_to_point) {
+    config.maximum_iterations = 60;
+    config.robust_scale_m = 0;
+  }
+  return config;
+}
+
+IcpResult match(const Scan& model, const Scan& data, const Pose& initial, const IcpConfig& config,
+                std::span<IcpIteration> trace = {}) {
+  InBlock<Icp> icp(4096U);
+  const IcpScan model_scan = model.at();
+  const IcpScan data_scan = data.at();
+  return icp->match({&model_scan, 1}, {&data_scan, 1}, initial, config, trace);
+}
+
+bool is_same(const Pose& a, const Pose& b) {
+  return a.translation_m == b.translation_m && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+}  // namespace
+
+TEST_CASE("ICP finds how two scans of a room and of a street lie to each other, by both metrics") {
+  struct Place {
+    Scene scene;
+    double reach_m;
+    std::size_t points;
+  };
+  const std::array places = {Place{room(), 12, 4000}, Place{street(), 25, 8000}};
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    Random random(5 + place);
+    for (int round = 0; round < 4; ++round) {
+      const Pose map_from_model =
+          pose_at(random.uniform(-1, 1), random.uniform(-1, 1), 1, random.uniform(-180, 180));
+      const Pose model_from_data =
+          pose_at(random.uniform(-0.5, 0.5), random.uniform(-0.4, 0.4), random.uniform(-0.1, 0.1),
+                  random.uniform(-6, 6), random.uniform(-2, 2), random.uniform(-2, 2));
+      const auto seed = static_cast<std::uint64_t>(100 * round);
+      const Scan model(
+          places[place].scene.scan(map_from_model, places[place].points, places[place].reach_m, 0.01, seed));
+      const Scan data(places[place].scene.scan(map_from_model * model_from_data, places[place].points,
+                                               places[place].reach_m, 0.01, seed + 1));
+      for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+        const IcpResult result = match(model, data, Pose{}, config_for(metric));
+        CAPTURE(place, round, static_cast<int>(metric), text(result.verdict), result.iterations,
+                result.rms_m);
+        CHECK((result.verdict == IcpVerdict::converged ||
+               (metric == IcpMetric::point_to_point && result.verdict == IcpVerdict::iteration_limit)));
+        // points drawn anew never meet: plain distances keep a noise of their spacing, surfaces slide
+        CHECK(distance_m(result.model_from_data, model_from_data) <
+              (metric == IcpMetric::surface ? 0.02 : 0.08));
+        CHECK(distance_rad(result.model_from_data, model_from_data) <
+              (metric == IcpMetric::surface ? 0.2 : 1.0) * deg);
+        CHECK(result.overlap > 0.7);
+        CHECK(result.overlap == Approx(static_cast<double>(result.correspondences) / result.queries));
+        if (metric == IcpMetric::surface) CHECK(result.rms_m < 0.05);
+        CHECK(result.weak_direction.isZero(0));
+      }
+    }
+  }
+}
+
+TEST_CASE("the same points without noise come to lie on themselves") {
+  const std::vector<Point> points = room().scan(pose_at(0, 0, 1, 20), 4000, 12, 0, 3);
+  const Pose model_from_data = pose_at(0.2, -0.1, 0.05, 3, 1, -1);
+  std::vector<Point> moved;
+  for (const Point& point : points) moved.push_back(as_point(model_from_data.inverse() * as_vector(point)));
+  const Scan model(points);
+  const Scan data(moved);
+  for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+    IcpConfig config = config_for(metric);
+    config.translation_epsilon_m = 1e-5F;
+    config.rotation_epsilon_rad = 1e-6F;
+    config.maximum_iterations = 100;
+    const IcpResult result = match(model, data, Pose{}, config);
+    CAPTURE(static_cast<int>(metric), result.iterations);
+    CHECK(result.verdict == IcpVerdict::converged);
+    CHECK(distance_m(result.model_from_data, model_from_data) < 2e-4);
+    CHECK(distance_rad(result.model_from_data, model_from_data) < 1e-4);
+    CHECK(result.rms_m < 1e-3);
+    CHECK(result.correspondences == result.queries);
+  }
+}
+
+TEST_CASE("equal inputs give equal bits") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 3000, 12, 0.01, 1));
+  const Scan data(room().scan(pose_at(0.3, 0.2, 1, 4), 3000, 12, 0.01, 2));
+  for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+    const IcpResult one = match(model, data, Pose{}, config_for(metric));
+    const IcpResult two = match(model, data, Pose{}, config_for(metric));
+    CHECK(is_same(one.model_from_data, two.model_from_data));
+    CHECK(one.information == two.information);
+    CHECK(one.sums.mtm == two.sums.mtm);
+  }
+}
+
+TEST_CASE("Horn's closed form is exact on pairs without noise, for any rotation") {
+  Random random(9);
+  for (int round = 0; round < 200; ++round) {
+    Pose model_from_data;
+    model_from_data.translation_m = {random.uniform(-50, 50), random.uniform(-50, 50),
+                                     random.uniform(-50, 50)};
+    model_from_data.rotation =
+        exp_so3(Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized() *
+                (round < 20 ? 3.14159265358979 : random.uniform(0, 3.1415926)));
+    HornSums sums;
+    const bool is_planar = round % 4 == 0;
+    for (int i = 0; i < (round % 3 == 0 ? 3 : 40); ++i) {
+      const Eigen::Vector3d d(random.uniform(-10, 10), random.uniform(-10, 10),
+                              is_planar ? 1 : random.uniform(-10, 10));
+      sums.add(model_from_data * d, d, random.uniform(0.1, 2));
+    }
+    // pairs that do not belong are given no weight
+    for (int i = 0; i < 5; ++i) sums.add({random.uniform(), 100, 3}, {5, random.uniform(), -40}, 0);
+    const Pose found = horn(sums);
+    CAPTURE(round);
+    CHECK(distance_m(found, model_from_data) < 1e-9);
+    CHECK(distance_rad(found, model_from_data) < 1e-10);
+    CHECK(std::abs(found.rotation.norm() - 1) < 1e-12);
+  }
+}
+
+TEST_CASE("Horn's closed form is the minimum: no small motion makes the weighted sum smaller") {
+  Random random(10);
+  std::vector<Eigen::Vector3d> d;
+  std::vector<Eigen::Vector3d> m;
+  std::vector<double> w;
+  HornSums sums;
+  const Pose truth = pose_at(1, 2, 3, 30, 20, 10);
+  for (int i = 0; i < 60; ++i) {
+    d.emplace_back(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
+    m.push_back(truth * d.back() + 0.3 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
+    w.push_back(random.uniform(0.1, 1));
+    sums.add(m.back(), d.back(), w.back());
+  }
+  const auto cost = [&](const Pose& pose) {
+    double sum = 0;
+    for (std::size_t i = 0; i < d.size(); ++i) sum += w[i] * (m[i] - pose * d[i]).squaredNorm();
+    return sum;
+  };
+  const Pose found = horn(sums);
+  for (int axis = 0; axis < 6; ++axis) {
+    for (const double step : {-1e-3, 1e-3})
+      CHECK(cost(exp_se3(step * Vector6d::Unit(axis)) * found) > cost(found));
+  }
+}
+
+TEST_CASE("with too few correspondences nothing moves") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 2000, 12, 0.01, 1));
+  const Scan data(room().scan(pose_at(0, 0, 1, 0), 2000, 12, 0.01, 2));
+  const Scan few(room().scan(pose_at(0, 0, 1, 0), 49, 12, 0.01, 3));
+  const Scan one(std::vector<Point>{{1, 2, 3}});
+  for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+    const IcpConfig config = config_for(metric);
+    const Pose away = pose_at(500, 0, 0, 45);
+    const IcpResult far_away = match(model, data, away, config);
+    CHECK(far_away.verdict == IcpVerdict::too_few_correspondences);
+    CHECK(is_same(far_away.model_from_data, away));
+    CHECK(far_away.correspondences == 0);
+    CHECK(far_away.overlap == 0);
+    CHECK(far_away.iterations == 1);
+
+    const Pose near = pose_at(0.01, 0, 0, 0);
+    CHECK(match(model, few, near, config).verdict == IcpVerdict::too_few_correspondences);
+    CHECK(is_same(match(model, few, near, config).model_from_data, near));
+    CHECK(match(model, one, near, config).verdict == IcpVerdict::too_few_correspondences);
+    CHECK(is_same(match(one, one, near, config).model_from_data, near));
+  }
+  InBlock<Icp> icp(100U);
+  const IcpScan scan = model.at();
+  const Pose initial = pose_at(1, 2, 3, 4);
+  const IcpResult without_model = icp->match({}, {&scan, 1}, initial, {});
+  CHECK(without_model.verdict == IcpVerdict::too_few_correspondences);
+  CHECK(is_same(without_model.model_from_data, initial));
+  const IcpResult without_data = icp->match({&scan, 1}, {}, initial, {});
+  CHECK(without_data.verdict == IcpVerdict::too_few_correspondences);
+  CHECK(is_same(without_data.model_from_data, initial));
+}
+
+TEST_CASE("in a corridor the way along it is named as undetermined, and nothing moves along it") {
+  // noise-free walls, so that nothing but the points' own grain could tell where along the corridor a scan
+  // was taken
+  const Scan model(corridor().scan(pose_at(0, 0, 1, 0), 6000, 12, 0, 1));
+  const Scan data(corridor().scan(pose_at(0, 0, 1, 0), 6000, 12, 0, 2));
+  IcpConfig config;
+  config.rough_weight = 0;
+  const Pose initial = pose_at(0.4, 0.15, 0.05, 1.5, 0.5, -0.5);
+  const IcpResult result = match(model, data, initial, config);
+  CHECK(result.verdict == IcpVerdict::degenerate);
+  CHECK(std::abs(result.weak_direction[0]) > 0.98);
+  CHECK(result.weak_direction.norm() == Approx(1));
+  CHECK(result.model_from_data.translation_m.y() == Approx(0).margin(0.01));
+  CHECK(result.model_from_data.translation_m.z() == Approx(0).margin(0.01));
+  CHECK(distance_rad(result.model_from_data, Pose{}) < 0.1 * deg);
+  CHECK(std::abs(result.model_from_data.translation_m.x() - 0.4) < 0.02);  // along: as it was
+}
+
+TEST_CASE("on a single plane the match is degenerate, and only height, roll and pitch are corrected") {
+  Scene plane;
+  plane.rectangle({-100, -100, 0}, {200, 0, 0}, {0, 200, 0});
+  const Scan model(plane.scan(pose_at(0, 0, 1, 0), 4000, 10, 0, 1));
+  const Scan data(plane.scan(pose_at(0, 0, 1, 0), 4000, 10, 0, 2));
+  IcpConfig config;
+  config.rough_weight = 0;
+  const IcpResult result = match(model, data, pose_at(0.3, -0.2, 0.2, 5, 1, 1), config);
+  CHECK(result.verdict == IcpVerdict::degenerate);
+  CHECK_FALSE(result.weak_direction.isZero());
+  CHECK(result.model_from_data.translation_m.z() == Approx(0).margin(5e-3));
+  const Eigen::Vector3d up = result.model_from_data.rotation * Eigen::Vector3d::UnitZ();
+  CHECK(std::acos(std::min(1.0, up.z())) < 0.1 * deg);
+  CHECK(result.model_from_data.translation_m.x() == Approx(0.3).margin(0.03));
+  CHECK(result.model_from_data.translation_m.y() == Approx(-0.2).margin(0.03));
+  const Eigen::Vector3d ahead = result.model_from_data.rotation * Eigen::Vector3d::UnitX();
+  CHECK(std::atan2(ahead.y(), ahead.x()) == Approx(5 * deg).margin(0.2 * deg));
+}
+
+TEST_CASE("scans that share less than half of what they see are matched by what they share") {
+  const Scene scene = street();
+  const Scan model(scene.scan(pose_at(-8, 0, 1, 0), 8000, 14, 0.01, 1));
+  const Scan data(scene.scan(pose_at(4, 0.5, 1, 5), 8000, 14, 0.01, 2));
+  const Pose truth = pose_at(-8, 0, 1, 0).inverse() * pose_at(4, 0.5, 1, 5);
+  const IcpResult result = match(model, data, pose_at(0.2, -0.15, 0.05, 2) * truth, {});
+  CHECK(result.overlap < 0.75);
+  CHECK(result.verdict == IcpVerdict::converged);
+  CHECK(distance_m(result.model_from_data, truth) < 0.03);
+  CHECK(distance_rad(result.model_from_data, truth) < 0.3 * deg);
+}
+
+TEST_CASE("every iteration leaves its trace, the limit shrinks, and the bound on iterations holds") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 3000, 12, 0.01, 1));
+  const Scan data(room().scan(pose_at(0.3, 0.2, 1, 4), 3000, 12, 0.01, 2));
+  for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+    for (const std::uint32_t bound : {1U, 2U, 5U, 40U}) {
+      IcpConfig config = config_for(metric);
+      config.maximum_iterations = bound;
+      std::array<IcpIteration, 64> trace;
+      const IcpResult result = match(model, data, Pose{}, config, trace);
+      REQUIRE(result.iterations >= 1);
+      REQUIRE(result.iterations <= bound);
+      if (result.verdict == IcpVerdict::iteration_limit) CHECK(result.iterations == bound);
+      if (bound <= 2) CHECK(result.verdict == IcpVerdict::iteration_limit);
+      CHECK(trace[0].distance_limit_m == config.first_distance_limit_m);
+      for (std::uint32_t i = 0; i < result.iterations; ++i) {
+        CHECK(trace[i].correspondences >= config.minimum_correspondences);
+        CHECK(trace[i].distance_limit_m >= config.last_distance_limit_m);
+        if (i > 0) CHECK(trace[i].distance_limit_m <= trace[i - 1].distance_limit_m);
+        CHECK(trace[i].rms_m > 0);
+      }
+      CHECK(trace[0].moved_m > 0);
+      CHECK(trace[0].turned_rad > 0);
+      CHECK(trace[result.iterations - 1].correspondences == result.correspondences);
+      CHECK(trace[result.iterations - 1].rms_m == result.rms_m);
+      for (std::uint32_t i = result.iterations; i < trace.size(); ++i) CHECK(trace[i].correspondences == 0);
+      // a trace that is too short takes what fits
+      std::array<IcpIteration, 1> first;
+      CHECK(is_same(match(model, data, Pose{}, config, first).model_from_data, result.model_from_data));
+      CHECK(first[0].correspondences == trace[0].correspondences);
+    }
+  }
+}
+
+TEST_CASE("several model scans, each seeing a part, carry a match together") {
+  const Scene scene = street();
+  const Pose map_from_model = pose_at(0, 0, 1, 10);
+  std::list<Scan> parts;
+  std::vector<IcpScan> model;
+  for (int i = 0; i < 5; ++i) {
+    const Pose map_from_body = pose_at(-6 + 3 * i, 0.3 * i, 1, 20 * i);
+    parts.emplace_back(scene.scan(map_from_body, 4000, 10, 0.01, static_cast<std::uint64_t>(i)));
+    model.push_back(parts.back().at(map_from_model.inverse() * map_from_body));
+  }
+  const Pose map_from_data = pose_at(1, -0.5, 1, -15);
+  std::vector<IcpScan> data;
+  for (int i = 0; i < 2; ++i) {
+    const Pose map_from_body = pose_at(1 - i, -0.5, 1, -15 - 30 * i);
+    parts.emplace_back(scene.scan(map_from_body, 4000, 10, 0.01, static_cast<std::uint64_t>(20 + i)));
+    data.push_back(parts.back().at(map_from_data.inverse() * map_from_body));
+  }
+  const Pose truth = map_from_model.inverse() * map_from_data;
+  InBlock<Icp> icp(4096U);
+  const IcpResult result = icp->match(model, data, pose_at(0.3, -0.2, 0.05, 3) * truth, {});
+  CHECK(result.verdict == IcpVerdict::converged);
+  CHECK(distance_m(result.model_from_data, truth) < 0.02);
+  CHECK(distance_rad(result.model_from_data, truth) < 0.2 * deg);
+  CHECK(result.queries == 4096);
+}
+
+TEST_CASE("samples beyond the capacity are thinned out evenly") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 4000, 12, 0.01, 1));
+  const Scan data(room().scan(pose_at(0.3, 0.2, 1, 4), 4000, 12, 0.01, 2));
+  const Pose truth = pose_at(0, 0, 1, 0).inverse() * pose_at(0.3, 0.2, 1, 4);
+  const IcpScan model_scan = model.at();
+  const IcpScan data_scan = data.at();  // 2048 samples
+  for (const std::uint32_t capacity : {300U, 1000U, 2047U, 2048U}) {
+    InBlock<Icp> icp(capacity);
+    const IcpResult result = icp->match({&model_scan, 1}, {&data_scan, 1}, Pose{}, {});
+    CAPTURE(capacity);
+    CHECK(result.queries <= capacity);
+    CHECK(result.queries >= capacity / 2);
+    CHECK(result.verdict == IcpVerdict::converged);
+    CHECK(distance_m(result.model_from_data, truth) < 0.04);
+  }
+}
+
+TEST_CASE("the sums of Appendix A are those of the stacked correspondences") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 2000, 12, 0.01, 1));
+  const Scan data(room().scan(pose_at(0.05, 0.02, 1, 1), 2000, 12, 0.01, 2));
+  const Pose initial = pose_at(0.03, 0.01, 0, 0.5);
+  for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+    IcpConfig config = config_for(metric);
+    config.coarse_stride = 1;
+    config.maximum_iterations = 1;  // so that the correspondences are those of the initial pose
+    const IcpResult result = match(model, data, initial, config);
+    Matrix6d mtm = Matrix6d::Zero();
+    Vector6d mtz = Vector6d::Zero();
+    double ztz_m2 = 0;
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < data.tree().size(); ++i) {
+      const Eigen::Vector3d q = initial * as_vector(data.tree().point(i));
+      const float limit_m = config.first_distance_limit_m;
+      const Neighbor nearest = model.tree().nearest(as_point(q), limit_m * limit_m);
+      if (nearest.index == Neighbor::none) continue;
+      const Eigen::Vector3d p =
+          result.model_from_data * as_vector(data.tree().point(i));  // where it came to lie
+      const Eigen::Vector3d z = as_vector(model.tree().point(nearest.index)) - p;
+      Eigen::Matrix<double, 3, 6> m;
+      m << 1, 0, 0, 0, p.z(), -p.y(),  //
+          0, 1, 0, -p.z(), 0, p.x(),   //
+          0, 0, 1, p.y(), -p.x(), 0;
+      mtm += m.transpose() * m;
+      mtz += m.transpose() * z;
+      ztz_m2 += z.squaredNorm();
+      ++count;
+    }
+    CHECK(result.sums.count == count);
+    CHECK((result.sums.mtm - mtm).norm() < 1e-5 * mtm.norm());
+    CHECK((result.sums.mtz - mtz).norm() < 1e-3 * std::sqrt(ztz_m2 * count));
+    CHECK(result.sums.ztz_m2 == Approx(ztz_m2).epsilon(1e-3));
+    CHECK(result.sums.mtm == result.sums.mtm.transpose());
+  }
+}
+
+TEST_CASE("the information of a match is symmetric, positive and grows with the points") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 4000, 12, 0.02, 1));
+  const Scan data(room().scan(pose_at(0.1, 0.1, 1, 2), 4000, 12, 0.02, 2));
+  const Scan fewer(room().scan(pose_at(0.1, 0.1, 1, 2), 4000, 12, 0.02, 2), 512);
+  const IcpResult result = match(model, data, Pose{}, {});
+  const IcpResult with_fewer = match(model, fewer, Pose{}, {});
+  CHECK(result.information == result.information.transpose());
+  CHECK(result.information.diagonal().minCoeff() > 0);
+  for (int i = 0; i < 6; ++i) CHECK(result.information(i, i) > 2 * with_fewer.information(i, i));
+}
