@@ -315,7 +315,9 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
       break;
     }
     limit_m = std::max(config.last_distance_limit_m, limit_m * config.limit_factor);
-    if (config.robust_scale_m > 0) scale_m = std::max(config.robust_scale_m, 3.0F * static_cast<float>(result.rms_m));
+    if (config.robust_factor > 0) {
+      scale_m = std::max(config.robust_scale_m, config.robust_factor * static_cast<float>(result.rms_m));
+    }
   }
   if (!result.weak_direction.isZero()) result.verdict = IcpVerdict::degenerate;
 

@@ -68,11 +68,27 @@ Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, S
   return mapper;
 }
 
+void Mapper::OdometryHeading::learn(const Pose& matched_step, const Pose& odometry_step) {
+  const Eigen::Vector3d& m = matched_step.translation_m;
+  const Eigen::Vector3d& o = odometry_step.translation_m;
+  cosine_m2 += o.x() * m.x() + o.y() * m.y();
+  sine_m2 += o.x() * m.y() - o.y() * m.x();
+}
+
+Pose Mapper::OdometryHeading::correct(const Pose& odometry_step) const {
+  constexpr double enough_m2 = 4.0;  // of steps multiplied: a few metres of driving
+  const double known_m2 = std::hypot(cosine_m2, sine_m2);
+  if (known_m2 < enough_m2) return odometry_step;
+  Pose offset;
+  offset.rotation = Eigen::AngleAxisd(std::atan2(sine_m2, cosine_m2), Eigen::Vector3d::UnitZ());
+  return offset * odometry_step * offset.inverse();
+}
+
 Pose Mapper::predict(const Pose* odometry_from_body) const {
   const std::span<const Pose> poses = graph_.poses();
   const std::size_t n = poses.size();
   if (odometry_from_body != nullptr && has_odometry_) {
-    return poses[n - 1] * (last_odometry_[0].inverse() * *odometry_from_body);
+    return poses[n - 1] * heading_.correct(last_odometry_[0].inverse() * *odometry_from_body);
   }
   if (n < 2) return poses[n - 1];
   return poses[n - 1] * (poses[n - 2].inverse() * poses[n - 1]);  // as it went
@@ -139,7 +155,11 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     report.overlap = match.overlap;
     report.rms_m = match.rms_m;
     report.is_predicted = match.verdict == IcpVerdict::too_few_correspondences;
-    if (report.is_predicted) ++counters_.scans_predicted;
+    if (report.is_predicted) {
+      ++counters_.scans_predicted;
+    } else if (config_.learn_odometry_heading && odometry_from_body != nullptr && has_odometry_) {
+      heading_.learn(match.model_from_data, last_odometry_[0].inverse() * *odometry_from_body);
+    }
     map_from_body = map_from_last * match.model_from_data;
 
     const PairCovariance covariance =
@@ -209,6 +229,29 @@ void Mapper::close_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   }
 }
 
+IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                             const Pose& model_from_data) {
+  const IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
+  if (is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap) return straight;
+  // The other starts are tried with scan l alone and few iterations; the best of them is matched in full.
+  IcpConfig quick = config_.loop_match;
+  quick.maximum_iterations = config_.loop_search.iterations;
+  IcpResult best = straight;
+  bool is_better = false;
+  for (std::uint32_t step = 1; step <= config_.loop_search.turn_steps; ++step) {
+    for (const double side : {1.0, -1.0}) {
+      Pose turned = model_from_data;
+      const double angle_rad = side * step * config_.loop_search.turn_step_rad;
+      turned.rotation = turned.rotation * Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ());
+      const IcpResult match = icp_.match(model, data.last(1), turned, quick);
+      if (!is_found(match) || (is_found(best) && match.overlap <= best.overlap)) continue;
+      best = match;
+      is_better = true;
+    }
+  }
+  return is_better ? icp_.match(model, data, best.model_from_data, config_.scan_match) : straight;
+}
+
 void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
   const std::uint32_t f = candidate.first;
   const std::uint32_t l = candidate.last;
@@ -229,8 +272,8 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
     loop.verdict = LoopVerdict::refused_archive;
     return;
   }
-  const IcpResult match = icp_.match(std::span(model).first(model_count), std::span(data).first(data_count),
-                                     map_from_f.inverse() * map_from_l, config_.loop_match);
+  const IcpResult match = match_loop(std::span(model).first(model_count), std::span(data).first(data_count),
+                                     map_from_f.inverse() * map_from_l);
   times.loop_match_ns += now_ns() - begin_ns;
   loop.overlap = match.overlap;
   loop.rms_m = match.rms_m;

@@ -30,13 +30,14 @@ struct IcpConfig {
   IcpMetric metric = IcpMetric::surface;
   std::uint32_t maximum_iterations = 20;
   float first_distance_limit_m = 1.5F;  ///< of a correspondence in the first iteration ...
-  float last_distance_limit_m = 0.5F;   ///< ... halving (by limit_factor) down to this
+  float last_distance_limit_m = 0.8F;   ///< ... multiplied by limit_factor down to this
   float limit_factor = 0.7F;
   float translation_epsilon_m = 0.002F;   ///< converged when an iteration moves less ...
   float rotation_epsilon_rad = 0.0002F;   ///< ... and turns less, at the last distance limit
   std::uint32_t minimum_correspondences = 50;
   std::uint32_t coarse_stride = 4;       ///< only every so many samples, until the last distance limit is reached
-  float robust_scale_m = 0.05F;          ///< residuals well above count little; 0: all count alike
+  float robust_factor = 3.0F;     ///< residuals well above this many rms of the last iteration count little; 0: all alike
+  float robust_scale_m = 0.05F;   ///< but those below this never do
   float rough_weight = 0.02F;            ///< surface metric: weight of the distance where there is no plane
   float degenerate_ratio = 1e-3F;        ///< smallest over largest curvature below this: a direction is undetermined
 };

@@ -26,9 +26,18 @@ namespace alces {
 
 /// When a loop is believed before it bends the map. A refused loop is reported with its reason.
 struct BeliefConfig {
-  double minimum_overlap = 0.5;       ///< share of the data's samples that find a correspondence
-  double maximum_rms_m = 0.12;        ///< of the residuals of the match
-  double maximum_mahalanobis2 = 60;   ///< of the correction, against the uncertainty accumulated along the loop
+  double minimum_overlap = 0.4;       ///< share of the data's samples that find a correspondence
+  double maximum_rms_m = 0.10;        ///< of the residuals of the match
+  double maximum_mahalanobis2 = 30;   ///< of the correction, against the uncertainty accumulated along the loop
+};
+
+/// Where the match of a loop starts, when it does not come together from where the poses say: a drift of many degrees is
+/// beyond the reach of ICP. Turned about l's upright by multiples of a step, to both sides; the largest overlap wins.
+struct LoopSearchConfig {
+  double sure_overlap = 0.6;      ///< from here on no other start is tried
+  double turn_step_rad = 0.14;
+  std::uint32_t turn_steps = 2;   ///< to each side; 0: the paper
+  std::uint32_t iterations = 12;  ///< of each such start
 };
 
 struct MapperConfig {
@@ -41,17 +50,20 @@ struct MapperConfig {
   SurfaceConfig surface;
 
   IcpConfig scan_match;
-  std::uint32_t model_scans = 5;  ///< the last k scans that a new one is matched to; 1: pairwise
+  std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
+  bool learn_odometry_heading = true;  ///< predict with the heading offset that matches show the odometry to have
   std::uint32_t correspondence_capacity = 4096;
   bool label_with_appendix_a = false;  ///< edges' variances from Appendix A instead of the curvature minimised on
   EdgeUncertainty edge_uncertainty;
 
-  LoopDetectorConfig detector;  ///< scan_capacity is set from the above
-  LoopTriggerConfig trigger;
+  /// The radius reaches farther as the pose becomes less sure; scan_capacity is set from the above.
+  LoopDetectorConfig detector{.scan_capacity = 0, .radius_m = 8, .radius_cap_m = 15, .sigma_factor = 1};
+  LoopTriggerConfig trigger{.repeat_after_scans = 3};
   bool close_loops = true;
-  IcpConfig loop_match;
+  IcpConfig loop_match{.maximum_iterations = 20, .first_distance_limit_m = 4, .last_distance_limit_m = 0.5F};
   std::uint32_t scans_around_first = 2;  ///< the start metascan: f - 2 .. f + 2
   std::uint32_t scans_before_last = 2;   ///< the end metascan: l - 2 .. l
+  LoopSearchConfig loop_search;
   BeliefConfig belief;
   SharingRule sharing = SharingRule::trails;
 
@@ -178,9 +190,20 @@ class Mapper {
     double rotation_rad2 = 0;
   };
 
+  // The heading of the scanner in the odometry's body, as far as the steps matched so far tell: many recordings have
+  // a constant offset there, which would put every prediction to one side.
+  struct OdometryHeading {
+    double cosine_m2 = 0;
+    double sine_m2 = 0;
+    void learn(const Pose& matched_step, const Pose& odometry_step);
+    [[nodiscard]] Pose correct(const Pose& odometry_step) const;
+  };
+
   [[nodiscard]] Pose predict(const Pose* odometry_from_body) const;
   [[nodiscard]] bool load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side,
                                    std::span<IcpScan> scans, std::uint32_t& count);
+  [[nodiscard]] IcpResult match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                     const Pose& model_from_data);
   void close_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   [[nodiscard]] std::uint64_t now_ns() const { return clock_ == nullptr ? 0 : clock_->now_ns(); }
@@ -200,6 +223,7 @@ class Mapper {
   std::span<LoopReport> loops_;
   std::span<Pose> last_odometry_;  // one
   StageClock* clock_ = nullptr;
+  OdometryHeading heading_;
   std::uint32_t loop_count_ = 0;
   bool has_odometry_ = false;
   Counters counters_;
@@ -210,13 +234,17 @@ constexpr MapperConfig MapperConfig::standard() { return MapperConfig{}; }
 constexpr MapperConfig MapperConfig::paper() {
   MapperConfig config;
   config.scan_match.metric = IcpMetric::point_to_point;
-  config.scan_match.robust_scale_m = 0;
+  config.scan_match.robust_factor = 0;
   config.scan_match.maximum_iterations = 50;
   config.loop_match = config.scan_match;
+  config.loop_match.first_distance_limit_m = 4;
+  config.detector = LoopDetectorConfig{};
   config.model_scans = 1;
+  config.learn_odometry_heading = false;
   config.label_with_appendix_a = true;
   config.edge_uncertainty = {1.0, 1e-6, 1e-7};
   config.trigger.repeat_after_scans = 0;
+  config.loop_search.turn_steps = 0;
   config.sharing = SharingRule::paper;
   return config;
 }

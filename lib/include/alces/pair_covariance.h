@@ -24,10 +24,10 @@ struct PairCovariance {
 /// C from the curvature that a match has minimised on: right where surfaces could slide.
 [[nodiscard]] PairCovariance from_curvature(const IcpResult& result);
 
-/// The floor under what a match knows: correspondences share their errors (motion during the scan, the choice of points), so
-/// that thousands of them do not make a pose a thousand times surer.
+/// Correspondences share their errors (motion during the scan, the choice of points), so that thousands of them do not make a
+/// pose thousands of times surer: as if every `inflation` of them were one, on top of a floor.
 struct EdgeUncertainty {
-  double inflation = 1.0;                ///< factor on the covariance
+  double inflation = 1000;               ///< factor on the covariance
   double minimum_translation_m = 0.005;  ///< standard deviation added on each axis
   double minimum_rotation_rad = 0.001;   ///< standard deviation added about each axis
 };
