@@ -126,10 +126,21 @@ void KdTree::bound_boxes() {
         float low = inf;
         float high = -inf;
         if (i < children && levels_ == 0) {
-          const std::uint32_t lanes = std::min(leaf_size, size_ - i * leaf_size);
-          for (std::uint32_t lane = 0; lane < lanes; ++lane) {
-            low = std::min(low, leaves_[i].xyz[axis][lane]);
-            high = std::max(high, leaves_[i].xyz[axis][lane]);
+          const float* const lanes = leaves_[i].xyz[axis];
+          if ((i + 1) * leaf_size <= size_) {
+            Lanes least = load(lanes);
+            Lanes most = least;
+            for (std::uint32_t lane = lane_count; lane < leaf_size; lane += lane_count) {
+              least = smaller(load(lanes + lane), least);
+              most = larger(load(lanes + lane), most);
+            }
+            low = smallest(least);
+            high = -smallest(-most);
+          } else {  // the last leaf's empty lanes hold +Inf
+            for (std::uint32_t lane = 0; lane < size_ - i * leaf_size; ++lane) {
+              low = std::min(low, lanes[lane]);
+              high = std::max(high, lanes[lane]);
+            }
           }
         } else if (i < children) {
           const Node& child = nodes_[level_begin_[levels_ - 1] + i];
@@ -251,12 +262,13 @@ std::uint32_t KdTree::nearest(const Point& query, float radius_m2, std::span<Nei
       const Lanes dy = load(&leaf.xyz[1][lane_count * part]) - qy;
       const Lanes dz = load(&leaf.xyz[2][lane_count * part]) - qz;
       const Lanes squared = dx * dx + dy * dy + dz * dz;
-      if (!(smallest(squared) < limit_m2)) continue;
-      for (std::uint32_t lane = 0; lane < lane_count; ++lane) {
-        if (!(squared[lane] < limit_m2)) continue;
+      for (std::uint32_t near = less_mask(squared, all(limit_m2)); near != 0; near &= near - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(near));
+        const float squared_m2 = squared[lane];
+        if (!(squared_m2 < limit_m2)) continue;  // the limit fell since
         std::uint32_t at = found < wanted ? found++ : wanted - 1;
-        for (; at > 0 && neighbors[at - 1].squared_m2 > squared[lane]; --at) neighbors[at] = neighbors[at - 1];
-        neighbors[at] = {leaf_index * leaf_size + part * lane_count + lane, squared[lane]};
+        for (; at > 0 && neighbors[at - 1].squared_m2 > squared_m2; --at) neighbors[at] = neighbors[at - 1];
+        neighbors[at] = {leaf_index * leaf_size + part * lane_count + lane, squared_m2};
         if (found == wanted) limit_m2 = neighbors[wanted - 1].squared_m2;
       }
     }

@@ -10,17 +10,29 @@ namespace {
 constexpr float steps = 65535.0F;
 constexpr float roughness_steps = 255.0F;
 
+// What a record begins with.
 struct Box {
   float low[3];
   float step[3];
 
-  [[nodiscard]] std::uint16_t encode(float value, int axis) const {
-    if (!(step[axis] > 0)) return 0;
-    return static_cast<std::uint16_t>(std::clamp((value - low[axis]) / step[axis] + 0.5F, 0.0F, steps));
-  }
   [[nodiscard]] float decode(std::uint16_t code, int axis) const {
     return low[axis] + step[axis] * static_cast<float>(code);
   }
+};
+
+struct BoxEncoder {
+  Box box;
+  float steps_per_m[3];  // 0 where the box is flat
+
+  explicit BoxEncoder(const Box& around) : box(around) {
+    constexpr float flat_m = 1e-30F;
+    for (int axis = 0; axis < 3; ++axis) steps_per_m[axis] = box.step[axis] > flat_m ? 1.0F / box.step[axis] : 0.0F;
+  }
+  [[nodiscard]] std::uint16_t encode(float value, int axis) const {
+    const float code = (value - box.low[axis]) * steps_per_m[axis] + 0.5F;
+    return static_cast<std::uint16_t>(std::min(std::max(code, 0.0F), steps));
+  }
+  [[nodiscard]] float round(float value, int axis) const { return box.decode(encode(value, axis), axis); }
 };
 
 Box box_around(std::span<const Point> points) {
@@ -87,6 +99,15 @@ void decode_normal(std::uint32_t code, float* n) {
   n[2] = z / length;
 }
 
+void decode_samples(const std::byte* at, std::span<SurfaceSample> samples) {
+  for (SurfaceSample& sample : samples) {
+    sample.index = take<std::uint32_t>(at);
+    const auto packed = take<std::uint32_t>(at);
+    decode_normal(packed >> 8, sample.normal);
+    sample.roughness = static_cast<float>(packed & 0xFF) / roughness_steps;
+  }
+}
+
 }  // namespace
 
 Status ScanStore::add(std::span<const Point> points) {
@@ -97,11 +118,11 @@ Status ScanStore::add(std::span<const Point> points) {
   const auto count = static_cast<std::uint32_t>(points.size());
 
   // The tree is built over the points as they will be decoded.
-  const Box box = box_around(points);
+  const BoxEncoder encoder(box_around(points));
   const std::span<Point> rounded = point_scratch_.first(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    rounded[i] = {box.decode(box.encode(points[i].x, 0), 0), box.decode(box.encode(points[i].y, 1), 1),
-                  box.decode(box.encode(points[i].z, 2), 2)};
+    const Point& p = points[i];
+    rounded[i] = {encoder.round(p.x, 0), encoder.round(p.y, 1), encoder.round(p.z, 2)};
   }
   Slot& slot = oldest_slot();
   slot.scan = UINT32_MAX;
@@ -109,13 +130,14 @@ Status ScanStore::add(std::span<const Point> points) {
   slot.sample_count = sample_surface(slot.tree, config_.surface, slot.samples);
 
   std::byte* at = record_scratch_.data();
-  put(at, box);
+  put(at, encoder.box);
   for (std::uint32_t i = 0; i < count; ++i) {
     const Point& p = points[tree_scratch_.input_of(i)];
-    put(at, box.encode(p.x, 0));
-    put(at, box.encode(p.y, 1));
-    put(at, box.encode(p.z, 2));
+    put(at, encoder.encode(p.x, 0));
+    put(at, encoder.encode(p.y, 1));
+    put(at, encoder.encode(p.z, 2));
   }
+  const std::byte* const samples_at = at;
   for (std::uint32_t i = 0; i < slot.sample_count; ++i) {
     const SurfaceSample& sample = slot.samples[i];
     put(at, sample.index);
@@ -137,8 +159,9 @@ Status ScanStore::add(std::span<const Point> points) {
   }
   records_[scan_count_] = entry;
   counters_.points += count;
-  if (!decode(record, scan_count_, slot)) return Status::no_point_capacity;
-  ++scan_count_;
+  decode_samples(samples_at, slot.samples.first(slot.sample_count));  // the tree is as it will be decoded already
+  slot.scan = scan_count_++;
+  slot.last_use = ++use_;
   return Status::ok;
 }
 
@@ -188,12 +211,10 @@ bool ScanStore::decode(std::span<const std::byte> record, std::uint32_t scan, Sl
     if (!is_finite(point)) return false;  // an archive may hand back anything
   }
   slot.sample_count = entry.sample_count;
-  for (SurfaceSample& sample : slot.samples.first(entry.sample_count)) {
-    sample.index = take<std::uint32_t>(at);
+  const std::span<SurfaceSample> samples = slot.samples.first(entry.sample_count);
+  decode_samples(at, samples);
+  for (const SurfaceSample& sample : samples) {
     if (sample.index >= entry.point_count) return false;
-    const auto packed = take<std::uint32_t>(at);
-    decode_normal(packed >> 8, sample.normal);
-    sample.roughness = static_cast<float>(packed & 0xFF) / roughness_steps;
   }
   if (!slot.tree.restore(points)) return false;
   slot.scan = scan;

@@ -38,7 +38,7 @@ struct IcpConfig {
   std::uint32_t coarse_stride = 4;       ///< only every so many samples, until the last distance limit is reached
   float robust_factor = 3.0F;     ///< residuals well above this many rms of the last iteration count little; 0: all alike
   float robust_scale_m = 0.05F;   ///< but those below this never do
-  float rough_weight = 0.02F;            ///< surface metric: weight of the distance where there is no plane
+  float rough_weight = 0.05F;            ///< surface metric: weight of the distance where there is no plane
   float degenerate_ratio = 1e-3F;        ///< smallest over largest curvature below this: a direction is undetermined
 };
 
