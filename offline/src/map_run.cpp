@@ -156,8 +156,10 @@ std::vector<std::string> MapRun::warnings() const {
   const auto predicted =
       std::count_if(mapped_.begin(), mapped_.end(), [](const MappedScan& scan) { return scan.is_predicted; });
   if (predicted > 0)
-    warnings.push_back(fmt::format("{} {} not be matched to those before: placed by {}", predicted,
-                                   predicted == 1 ? "scan could" : "scans could", "odometry alone"));
+    warnings.push_back(
+        fmt::format("{} {} not be matched to those before and {} where the motion so far puts {}", predicted,
+                    predicted == 1 ? "scan could" : "scans could", predicted == 1 ? "stands" : "stand",
+                    predicted == 1 ? "it" : "them"));
   if (thinned_scans_ > 0)
     warnings.push_back(
         fmt::format("{} {} more than {} cells of {} m, the rest is left out; raise voxel.cell_capacity "

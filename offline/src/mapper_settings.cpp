@@ -37,8 +37,9 @@ void visit_icp(Config& icp, Visitor& visit) {
   visit.number("minimum_correspondences", icp.minimum_correspondences, 3, 1e9, "fewer: no match");
   visit.number("coarse_stride", icp.coarse_stride, 1, 1000,
                "every so many samples, until the last distance limit is reached");
-  visit.number("robust_scale_m", icp.robust_scale_m, 0, 1e3,
-               "residuals well above count little; 0: all count alike");
+  visit.number("robust_factor", icp.robust_factor, 0, 1e6,
+               "residuals above this many rms of the last iteration count little; 0: all alike");
+  visit.number("robust_scale_m", icp.robust_scale_m, 0, 1e3, "but those below this never do");
   visit.number("rough_weight", icp.rough_weight, 0, 1, "weight of the distance where there is no plane");
   visit.number("degenerate_ratio", icp.degenerate_ratio, 0, 1,
                "smallest over largest curvature below this: a direction is undetermined");
@@ -73,6 +74,8 @@ void visit_settings(Config& config, Visitor& visit) {
 
   visit.table("scan_match", "A new scan onto the last ones.");
   visit.number("model_scans", config.model_scans, 1, Icp::maximum_model_scans, "how many; 1: pairwise");
+  visit.flag("learn_odometry_heading", config.learn_odometry_heading,
+             "predict with the heading offset that matches show the odometry to have");
   visit_icp(config.scan_match, visit);
 
   visit.table("edge_uncertainty", "What a match is believed to know.");
@@ -286,6 +289,7 @@ MapperConfig default_settings(FrontEnd front_end) {
   MapperConfig config = front_end == FrontEnd::paper ? MapperConfig::paper() : MapperConfig::standard();
   config.scan_capacity = 0;
   config.pool_bytes = 0;
+  config.voxel.cell_capacity = 32768;  // the fullest scan of HANNOVER1 has 19,538 cells of 10 cm
   return config;
 }
 

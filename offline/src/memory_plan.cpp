@@ -33,8 +33,17 @@ MemoryPlan plan_memory(MapperConfig& config, std::size_t limit_bytes) {
         "{} of memory are not enough for {} scans of up to {} points: give at least --memory {}KiB",
         format_byte_size(limit_bytes), config.scan_capacity, config.voxel.cell_capacity, kib));
   }
-  if (config.pool_bytes == 0)
-    config.pool_bytes = (limit_bytes - fixed_bytes) / Arena::alignment * Arena::alignment;
+  if (config.pool_bytes == 0) {
+    // all that is left, but no more than the scans can fill: a stored scan is smaller than this
+    const std::size_t largest_scan_bytes = 8 * std::size_t{config.voxel.cell_capacity} +
+                                           16 * std::size_t{config.surface.sample_capacity} +
+                                           Arena::alignment;
+    const std::size_t left_bytes = limit_bytes - fixed_bytes;
+    const std::size_t useful_scans =
+        std::min<std::size_t>(config.scan_capacity, left_bytes / largest_scan_bytes + 1);
+    config.pool_bytes =
+        std::min(left_bytes, useful_scans * largest_scan_bytes) / Arena::alignment * Arena::alignment;
+  }
 
   constexpr std::uint32_t many = 64;  // arrays are rounded up to 64 bytes
   MemoryPlan plan;

@@ -115,6 +115,9 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["length_m"] = run.length_m();
   json["loops"] = loops(run);
   const std::vector<MappedScan>& scans = run.mapped();
+  std::vector<double> kept;
+  for (const MappedScan& scan : scans) kept.push_back(scan.kept_points);
+  json["points_a_scan"] = {{"median", median(kept)}, {"max", statistics(kept).max}};
   const Json loop_times = loop_stage(scans);
   json["times"] = {
       {"front_end", stage(scans, [](const StageTimes& t) { return t.reduce_ns + t.store_ns + t.match_ns; })},

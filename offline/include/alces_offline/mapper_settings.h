@@ -15,8 +15,8 @@ enum class FrontEnd {
   paper,     ///< as published
 };
 
-/// The program's defaults: the library's, but scan_capacity and pool_bytes are 0, which is "as many as there
-/// are scans" and "what is left of the memory".
+/// The program's defaults: the library's, with room for the fullest scans, and with scan_capacity and
+/// pool_bytes 0, which is "as many as there are scans" and "what is left of the memory".
 [[nodiscard]] MapperConfig default_settings(FrontEnd front_end);
 
 /// Overwrites those values of `config` that the file names. InputError, with the line, for unknown tables and
