@@ -204,7 +204,6 @@ TEST_CASE("along a simple loop the error goes where it most likely arose") {
 }
 
 TEST_CASE("an edge that is much less sure than the others takes the error") {
-  Random random(6);
   Bench bench;
   PoseGraph& graph = *bench.graph;
   for (std::uint32_t i = 0; i < 10; ++i) {
