@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "alces_offline/error.h"
 #include "alces_offline/map_writer.h"
@@ -39,18 +40,26 @@ struct PlyMapWriter::Impl {
     output.write(header + "end_header\n");
   }
 
-  void add(const Point& point, const Pose& map_from_body, const char* tail, std::size_t tail_bytes) {
-    if (!is_finite(point)) {
-      ++not_finite;
-      return;
+  /// `tail_of(i)` are the bytes behind the coordinates of point i.
+  template <std::size_t tail_bytes, typename TailOf>
+  void add(std::span<const Point> points, const Pose& map_from_body, TailOf tail_of) {
+    constexpr std::size_t record_bytes = 12 + tail_bytes;
+    const Eigen::Matrix3d rotation = map_from_body.rotation.toRotationMatrix();
+    records.resize(points.size() * record_bytes);
+    char* at = records.data();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!is_finite(points[i])) {
+        ++not_finite;
+        continue;
+      }
+      const Eigen::Vector3d in_body(points[i].x, points[i].y, points[i].z);
+      const Eigen::Vector3f p = (rotation * in_body + map_from_body.translation_m).cast<float>();
+      std::memcpy(at, p.data(), 12);
+      std::memcpy(at + 12, tail_of(i), tail_bytes);
+      at += record_bytes;
+      ++written;
     }
-    const Eigen::Vector3f p =
-        (map_from_body * Eigen::Vector3f(point.x, point.y, point.z).cast<double>()).cast<float>();
-    std::array<char, 16> record{};
-    std::memcpy(record.data(), p.data(), 12);
-    std::memcpy(record.data() + 12, tail, tail_bytes);
-    output.write({record.data(), 12 + tail_bytes});
-    ++written;
+    output.write({records.data(), static_cast<std::size_t>(at - records.data())});
   }
 
   OutputFile output;
@@ -58,6 +67,7 @@ struct PlyMapWriter::Impl {
   std::uint64_t count_position = 0;
   std::uint64_t written = 0;
   std::uint64_t not_finite = 0;
+  std::vector<char> records;  // of the last call; kept, so that its memory is used again
 };
 
 PlyMapWriter::PlyMapWriter(const std::filesystem::path& file, Attribute attribute)
@@ -68,26 +78,18 @@ PlyMapWriter::~PlyMapWriter() = default;
 
 void PlyMapWriter::add(std::span<const Point> points, const Pose& map_from_body, std::uint32_t scan) {
   assert(impl_->attribute == Attribute::scan);
-  std::array<char, 4> tail{};
-  std::memcpy(tail.data(), &scan, 4);
-  for (const Point& point : points) impl_->add(point, map_from_body, tail.data(), tail.size());
+  impl_->add<sizeof(scan)>(points, map_from_body, [&](std::size_t) { return &scan; });
 }
 
 void PlyMapWriter::add(std::span<const Point> points, const Pose& map_from_body,
                        std::span<const Rgb> colors) {
   assert(impl_->attribute == Attribute::color && colors.size() == points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    std::array<char, 3> tail{};
-    std::memcpy(tail.data(), colors[i].data(), 3);
-    impl_->add(points[i], map_from_body, tail.data(), tail.size());
-  }
+  impl_->add<sizeof(Rgb)>(points, map_from_body, [&](std::size_t i) { return colors[i].data(); });
 }
 
 void PlyMapWriter::add(std::span<const Point> points, const Pose& map_from_body, const Rgb& color) {
   assert(impl_->attribute == Attribute::color);
-  std::array<char, 3> tail{};
-  std::memcpy(tail.data(), color.data(), 3);
-  for (const Point& point : points) impl_->add(point, map_from_body, tail.data(), tail.size());
+  impl_->add<sizeof(Rgb)>(points, map_from_body, [&](std::size_t) { return color.data(); });
 }
 
 std::uint64_t PlyMapWriter::written() const {
