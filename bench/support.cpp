@@ -1,0 +1,165 @@
+#include "support.h"
+
+#include <fmt/core.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "alces/voxel_grid.h"
+#include "alces_offline/scan_source.h"
+#include "support/in_block.h"
+
+namespace alces::bench {
+namespace {
+
+Drive from_folder(const std::string& folder, std::size_t most_scans) {
+  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder);
+  Drive drive;
+  drive.size = std::min(source->size(), most_scans);
+  drive.name = fmt::format("{} ({})", folder, source->description());
+  drive.points = [source](std::size_t index, std::vector<Point>& points) {
+    source->read(index, points);
+    std::erase_if(points, [](const Point& point) { return !is_finite(point); });
+  };
+  for (std::size_t i = 0; i < drive.size; ++i) {
+    const std::optional<Pose> odometry = source->odometry(i);
+    if (!odometry) throw std::runtime_error(source->name(i) + " has no odometry");
+    drive.odometry.push_back(*odometry);
+  }
+  return drive;
+}
+
+/// As many rays as bring back about so many points: most of them look into the sky or through windows.
+std::size_t rays_for(const town::DriveSettings& settings, std::size_t returned_points) {
+  const town::Drive drive = town::drive(settings);
+  std::size_t points = 0;
+  std::size_t rays = 0;
+  for (std::size_t i = 0; i < drive.size(); i += std::max<std::size_t>(1, drive.size() / 10)) {
+    points += drive.points(i).size();
+    rays += drive.rays();
+  }
+  return returned_points * rays / std::max<std::size_t>(1, points);
+}
+
+Drive from_town(town::DriveSettings settings, std::size_t returned_points) {
+  settings.scanner.points_per_scan = rays_for(settings, returned_points);
+  const auto town = std::make_shared<town::Drive>(town::drive(settings));
+  Drive drive;
+  drive.size = town->size();
+  drive.name = fmt::format("the town, seed {}, {} rays a scan", settings.seed, town->rays());
+  drive.points = [town](std::size_t index, std::vector<Point>& points) { town->points(index, points); };
+  for (std::size_t i = 0; i < drive.size; ++i) {
+    drive.odometry.push_back(town->odometry(i));
+    drive.truth.push_back(town->truth(i));
+  }
+  return drive;
+}
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown processor";
+}
+
+}  // namespace
+
+void DriveOptions::add_to(CLI::App& app) {
+  app.add_option("SCANS", folder_, "Folder of scans with odometry; without it: the synthetic town");
+  app.add_option("--scans", scans_, "At most; the town's drive has as many")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--seed", seed_, "Of the town")->capture_default_str();
+  app.add_option("--returned-points", returned_points_, "Of a scan of the town, about")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+Drive DriveOptions::open() const {
+  if (!folder_.empty()) return from_folder(folder_, scans_);
+  town::DriveSettings settings;
+  settings.scans = scans_;
+  settings.seed = seed_;
+  return from_town(settings, returned_points_);
+}
+
+std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m) {
+  VoxelGridConfig config;
+  config.cell_size_m = cell_size_m;
+  config.cell_capacity = static_cast<std::uint32_t>(points.size());
+  test::InBlock<VoxelGrid> grid(config);
+  std::vector<Point> few(points.size());
+  VoxelGridCounts counts;
+  (void)grid->reduce(points, few, counts);  // an empty scan stays one
+  few.resize(counts.kept);
+  return few;
+}
+
+double Samples::median() const {
+  if (values_.empty()) return 0;
+  std::vector<double> values = values_;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double Samples::mean() const {
+  if (values_.empty()) return 0;
+  return std::accumulate(values_.begin(), values_.end(), 0.0) / static_cast<double>(values_.size());
+}
+
+double Samples::worst() const {
+  return values_.empty() ? 0 : *std::max_element(values_.begin(), values_.end());
+}
+
+void print_heading(std::string_view title) {
+  double load[1] = {0};
+  if (getloadavg(load, 1) != 1) load[0] = std::nan("");
+  fmt::print("### {}\n\n{}, one thread; load average at the start {:.1f} on {} cores.\n\n", title,
+             processor(), load[0], sysconf(_SC_NPROCESSORS_ONLN));
+}
+
+void print_row(std::initializer_list<std::string> cells) {
+  for (const std::string& cell : cells) fmt::print("| {} ", cell);
+  fmt::print("|\n");
+  std::fflush(stdout);
+}
+
+void print_header(std::initializer_list<std::string> names) {
+  print_row(names);
+  for (std::size_t i = 0; i < names.size(); ++i) fmt::print("|---");
+  fmt::print("|\n");
+}
+
+void print_progress(std::size_t done, std::size_t total) {
+  if (isatty(STDERR_FILENO) == 0) return;
+  if (done < total) {
+    fmt::print(stderr, "\r{} of {} ", done, total);
+  } else {
+    fmt::print(stderr, "\r\033[K");
+  }
+}
+
+int run(int argc, char** argv, CLI::App& app, const std::function<void()>& body) {
+  try {
+    app.parse(argc, argv);
+    body();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", argv[0], error.what());
+    return 3;
+  }
+  return 0;
+}
+
+}  // namespace alces::bench
