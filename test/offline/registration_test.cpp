@@ -1,0 +1,50 @@
+// A real pair of scans (small_gicp's, KITTI): registered from identity and from bad starts.
+#include "support/registration.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <numbers>
+#include <vector>
+
+#include "alces_offline/scan_source.h"
+#include "alces_offline/trajectory.h"
+#include "temporary_folder.h"
+#include "town/random.h"
+
+using namespace alces;
+
+namespace {
+
+bool has_arrived(const Pose& found, const Pose& truth) {
+  return (found.translation_m - truth.translation_m).norm() <= 0.02 &&
+         angle_between_rad(found.rotation, truth.rotation) <= 0.2 * std::numbers::pi / 180;
+}
+
+std::vector<Point> read_points(const std::filesystem::path& file) {
+  std::vector<Point> points;
+  offline::open_scans(file)->read(0, points);
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("a real pair is registered from identity and from at least 95 % of 200 bad starts") {
+  const std::filesystem::path folder = offline::shared_data("icp_pairs/small_gicp");
+  if (!std::filesystem::exists(folder / "source.ply")) {
+    WARN("skipped: " << folder << " is not there");
+    return;
+  }
+  const Pose truth = offline::read_trajectory(folder / "T_target_source.txt").poses.at(0);
+  test::Registration registration(read_points(folder / "target.ply"), read_points(folder / "source.ply"));
+
+  CHECK(has_arrived(registration.match(Pose{}).model_from_data, truth));
+
+  town::Random random(1);
+  int arrived = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Pose start = test::random_offset(random, 1.0, 10.0);
+    if (has_arrived(registration.match(start).model_from_data, truth)) ++arrived;
+  }
+  CAPTURE(arrived);
+  CHECK(arrived >= 190);
+}
