@@ -17,7 +17,8 @@ struct FloatTransform {
   explicit FloatTransform(const Pose& pose = Pose{}) {
     const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
     for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 3; ++column) r[3 * row + column] = static_cast<float>(rotation(row, column));
+      for (int column = 0; column < 3; ++column)
+        r[3 * row + column] = static_cast<float>(rotation(row, column));
       t[row] = static_cast<float>(pose.translation_m[row]);
     }
   }
@@ -31,8 +32,12 @@ struct FloatTransform {
   }
 };
 
-Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-float dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Point operator-(const Point& a, const Point& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+float dot(const Point& a, const Point& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 Point cross(const Point& a, const Point& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -40,8 +45,9 @@ Eigen::Vector3d as_vector(const Point& p) {
   return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
 }
 
-// Normal equations J^T W J x = J^T W e, x = (translation, rotation vector), J = [ I | -[q]x ] or its part along a normal.
-// Rows are summed in float, four lanes at a time, and carried into double before float loses digits.
+// Normal equations J^T W J x = J^T W e, x = (translation, rotation vector), J = [ I | -[q]x ] or its part
+// along a normal. Rows are summed in float, four lanes at a time, and carried into double before float loses
+// digits.
 class NormalEquations {
  public:
   void add_plane(const Point& q, const Point& n, float error_m, float weight) {
@@ -68,7 +74,8 @@ class NormalEquations {
   void carry() {
     for (int row = 0; row < 6; ++row) {
       for (int column = 0; column < 4; ++column) h_(row, column) += static_cast<double>(low_[row][column]);
-      for (int column = 4; column < 6; ++column) h_(row, column) += static_cast<double>(high_[row][column - 4]);
+      for (int column = 4; column < 6; ++column)
+        h_(row, column) += static_cast<double>(high_[row][column - 4]);
       b_[row] += static_cast<double>(high_[row][2]);
       low_[row] = Lanes{};
       high_[row] = Lanes{};
@@ -141,7 +148,8 @@ struct Step {
 
 // What one iteration minimises, gathered correspondence by correspondence.
 struct Minimizer {
-  Minimizer(const IcpConfig& icp_config, float robust_scale_m) : config(icp_config), scale_m(robust_scale_m) {}
+  Minimizer(const IcpConfig& icp_config, float robust_scale_m)
+      : config(icp_config), scale_m(robust_scale_m) {}
 
   void add(const Point& target, const Point& q, const Point& normal, float plane_weight) {
     const Point error_m = target - q;
@@ -166,8 +174,8 @@ struct Minimizer {
 
   [[nodiscard]] double rms_m() const { return weight_sum > 0 ? std::sqrt(squared_sum_m2 / weight_sum) : 0; }
 
-  // The step to the minimum, except along a direction that is undetermined: with radians weighed by the points' typical
-  // distance, one whose curvature is below `degenerate_ratio` of the largest.
+  // The step to the minimum, except along a direction that is undetermined: with radians weighed by the
+  // points' typical distance, one whose curvature is below `degenerate_ratio` of the largest.
   [[nodiscard]] Step solve(Matrix6d& information) {
     equations.carry();
     const Matrix6d h = equations.matrix();
@@ -211,10 +219,14 @@ struct Minimizer {
 
 const char* text(IcpVerdict verdict) {
   switch (verdict) {
-    case IcpVerdict::converged: return "converged";
-    case IcpVerdict::iteration_limit: return "iteration limit";
-    case IcpVerdict::too_few_correspondences: return "too few correspondences";
-    case IcpVerdict::degenerate: return "degenerate geometry";
+    case IcpVerdict::converged:
+      return "converged";
+    case IcpVerdict::iteration_limit:
+      return "iteration limit";
+    case IcpVerdict::too_few_correspondences:
+      return "too few correspondences";
+    case IcpVerdict::degenerate:
+      return "degenerate geometry";
   }
   return "unknown verdict";
 }
@@ -225,8 +237,8 @@ Pose horn(const HornSums& sums) {
   const Eigen::Matrix3d s = sums.data_model / sums.weight - data_mean * model_mean.transpose();
   Eigen::Matrix4d n;
   n << s(0, 0) + s(1, 1) + s(2, 2), s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0),  //
-      0, s(0, 0) - s(1, 1) - s(2, 2), s(0, 1) + s(1, 0), s(2, 0) + s(0, 2),                    //
-      0, 0, -s(0, 0) + s(1, 1) - s(2, 2), s(1, 2) + s(2, 1),                                   //
+      0, s(0, 0) - s(1, 1) - s(2, 2), s(0, 1) + s(1, 0), s(2, 0) + s(0, 2),                   //
+      0, 0, -s(0, 0) + s(1, 1) - s(2, 2), s(1, 2) + s(2, 1),                                  //
       0, 0, 0, -s(0, 0) - s(1, 1) + s(2, 2);
   n.triangularView<Eigen::StrictlyLower>() = n.transpose();
   const Eigen::Vector4d q = symmetric_eigen<4>(n).vectors.col(3);
@@ -239,7 +251,8 @@ Pose horn(const HornSums& sums) {
 std::uint32_t Icp::gather(std::span<const IcpScan> data) {
   std::size_t offered = 0;
   for (const IcpScan& scan : data) offered += scan.samples.size();
-  const std::size_t stride = (offered + data_.size() - 1) / std::max<std::size_t>(1, data_.size());
+  if (offered == 0 || data_.empty()) return 0;
+  const std::size_t stride = (offered + data_.size() - 1) / data_.size();
   std::uint32_t count = 0;
   std::size_t number = 0;
   for (const IcpScan& scan : data) {
@@ -258,7 +271,8 @@ std::uint32_t Icp::gather(std::span<const IcpScan> data) {
 }
 
 IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                     const Pose& initial_model_from_data, const IcpConfig& config, std::span<IcpIteration> trace) {
+                     const Pose& initial_model_from_data, const IcpConfig& config,
+                     std::span<IcpIteration> trace) {
   IcpResult result;
   result.model_from_data = initial_model_from_data;
   if (model.empty() || model.size() > maximum_model_scans) return result;
@@ -289,13 +303,14 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
       ++result.queries;
       if (point.nearest == Neighbor::none) continue;
       const Point target = model_from_body[m] * model[m].tree->point(point.nearest);
-      minimizer.add(target, model_from_data * point.point, model_from_data.rotate(point.normal), point.plane_weight);
+      minimizer.add(target, model_from_data * point.point, model_from_data.rotate(point.normal),
+                    point.plane_weight);
     }
     result.iterations = iteration + 1;
     result.correspondences = minimizer.count;
     result.overlap = result.queries > 0 ? static_cast<double>(minimizer.count) / result.queries : 0;
     result.rms_m = minimizer.rms_m();
-    if (minimizer.count < config.minimum_correspondences) {
+    if (minimizer.count * stride < config.minimum_correspondences) {
       result.verdict = IcpVerdict::too_few_correspondences;
       result.model_from_data = initial_model_from_data;
       return result;
@@ -305,7 +320,8 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
     const Pose moved = step.model_from_model * result.model_from_data;
     const double moved_m = (moved.translation_m - result.model_from_data.translation_m).norm();
     const double turned_rad = angle_between_rad(moved.rotation, result.model_from_data.rotation);
-    if (iteration < trace.size()) trace[iteration] = {limit_m, minimizer.count, result.rms_m, moved_m, turned_rad};
+    if (iteration < trace.size())
+      trace[iteration] = {limit_m, minimizer.count, result.rms_m, moved_m, turned_rad};
     result.model_from_data = moved;
     result.weak_direction = step.weak_direction;
     const bool is_still = moved_m < static_cast<double>(config.translation_epsilon_m) &&

@@ -23,9 +23,15 @@ inline Lanes load(const float* lanes) {
   return value;
 }
 
-inline Lanes all(float value) { return Lanes{value, value, value, value}; }
-inline Lanes smaller(Lanes a, Lanes b) { return a < b ? a : b; }
-inline Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
+inline Lanes all(float value) {
+  return Lanes{value, value, value, value};
+}
+inline Lanes smaller(Lanes a, Lanes b) {
+  return a < b ? a : b;
+}
+inline Lanes larger(Lanes a, Lanes b) {
+  return a > b ? a : b;
+}
 
 // Bit i is set where a[i] < b[i].
 inline std::uint32_t less_mask(Lanes a, Lanes b) {
@@ -38,7 +44,9 @@ inline std::uint32_t less_mask(Lanes a, Lanes b) {
 #endif
 }
 
-inline float smallest(Lanes a) { return std::min(std::min(a[0], a[1]), std::min(a[2], a[3])); }
+inline float smallest(Lanes a) {
+  return std::min(std::min(a[0], a[1]), std::min(a[2], a[3]));
+}
 
 template <typename Item>
 std::uint32_t widest_axis(std::span<const Item> items) {
@@ -78,7 +86,8 @@ bool KdTree::build(std::span<const Point> points, KdTreeScratch& scratch) {
     const std::uint32_t begin = range.first_leaf * leaf_size;
     const std::uint32_t end = std::min(count, (range.first_leaf + range.leaf_count) * leaf_size);
     const std::uint32_t middle = (range.first_leaf + left_leaves) * leaf_size;
-    const std::uint32_t axis = widest_axis(std::span<const KdTreeScratch::Item>(items.subspan(begin, end - begin)));
+    const std::uint32_t axis =
+        widest_axis(std::span<const KdTreeScratch::Item>(items.subspan(begin, end - begin)));
     std::nth_element(items.data() + begin, items.data() + middle, items.data() + end,
                      [axis](const auto& a, const auto& b) { return a.xyz[axis] < b.xyz[axis]; });
     stack[depth++] = {range.first_leaf + left_leaves, range.leaf_count - left_leaves};
@@ -157,9 +166,9 @@ void KdTree::bound_boxes() {
   }
 }
 
-// Visits leaves, nearest box first where it matters. `visit(leaf_index)` measures a leaf and returns the squared
-// radius from then on. Rounding is monotonic and boxes are measured in the same order of operations as points,
-// so that no point is ever nearer than the box around it: the search is exact.
+// Visits leaves, nearest box first where it matters. `visit(leaf_index)` measures a leaf and returns the
+// squared radius from then on. Rounding is monotonic and boxes are measured in the same order of operations
+// as points, so that no point is ever nearer than the box around it: the search is exact.
 template <typename Visit>
 inline void KdTree::search(const Point& query, float radius_m2, Visit&& visit) const {
   if (size_ == 0) return;

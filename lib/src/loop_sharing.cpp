@@ -14,9 +14,9 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   return m;
 }
 
-// A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by tau_j, variance
-// diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about its own place c_j. With the lever
-// b_j = end - c_j the most likely parts are
+// A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by
+// tau_j, variance diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about its own place
+// c_j. With the lever b_j = end - c_j the most likely parts are
 //   tau_j = diag(x, y, z)_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
 // where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
 struct ChainCovariance {
@@ -27,7 +27,8 @@ struct ChainCovariance {
     s(0, 0) += variance.x_m2;
     s(1, 1) += variance.y_m2;
     s(2, 2) += variance.z_m2;
-    s.topLeftCorner<3, 3>() += r * (lever.squaredNorm() * Eigen::Matrix3d::Identity() - lever * lever.transpose());
+    s.topLeftCorner<3, 3>() +=
+        r * (lever.squaredNorm() * Eigen::Matrix3d::Identity() - lever * lever.transpose());
     const Eigen::Matrix3d cross = r * skew(lever);
     s.topRightCorner<3, 3>() -= cross;
     s.bottomLeftCorner<3, 3>() += cross;
@@ -101,7 +102,8 @@ void LoopSharing::share_as_the_paper(std::span<Pose> poses, const Pose& map_from
   const Eigen::Vector3d rotation_vector_rad = log_so3(offset.rotation);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     Pose share;
-    share.translation_m = {weights_[0][i] * offset.translation_m.x(), weights_[1][i] * offset.translation_m.y(),
+    share.translation_m = {weights_[0][i] * offset.translation_m.x(),
+                           weights_[1][i] * offset.translation_m.y(),
                            weights_[2][i] * offset.translation_m.z()};
     share.rotation = exp_so3(weights_[3][i] * rotation_vector_rad);  // slerp from the identity
     bent_[i] = map_from_f * share * f_from_map * poses[i];
@@ -148,7 +150,8 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
       const EdgeVariance& variance = graph.edges()[step.half_edge / 2].variance;
       const Eigen::Vector3d tau_m =
           Eigen::Vector3d(variance.x_m2, variance.y_m2, variance.z_m2).cwiseProduct(lambda_t);
-      const Eigen::Vector3d theta_rad = variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
+      const Eigen::Vector3d theta_rad =
+          variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
       const Eigen::Vector3d pivot = follow * place;
       const Eigen::Quaterniond turn = exp_so3(theta_rad);
       follow.translation_m = turn * (follow.translation_m - pivot) + pivot + tau_m;

@@ -14,13 +14,16 @@ bool is_usable(const IcpConfig& config) {
 }
 
 bool is_usable(const MapperConfig& config) {
+  constexpr std::uint32_t most = Icp::maximum_model_scans;
+  if (config.scans_around_first > most || config.scans_before_last > most) return false;
+  if (std::uint64_t{config.scan_capacity} + config.loop_capacity > INT32_MAX) return false;
   // Scans looked at together must all have a slot.
   const std::uint32_t around_loop = 2 * config.scans_around_first + 1 + config.scans_before_last + 1;
   const std::uint32_t together = std::max(config.model_scans + 1, around_loop);
   return config.scan_capacity > 0 && config.cache_slots >= together && config.model_scans > 0 &&
          config.model_scans <= Icp::maximum_model_scans && around_loop <= Icp::maximum_model_scans &&
-         config.correspondence_capacity > 0 && config.voxel.cell_capacity > 0 && config.voxel.cell_size_m > 0 &&
-         config.voxel.maximum_range_m > config.voxel.minimum_range_m &&
+         config.correspondence_capacity > 0 && config.voxel.cell_capacity > 0 &&
+         config.voxel.cell_size_m > 0 && config.voxel.maximum_range_m > config.voxel.minimum_range_m &&
          config.voxel.cell_capacity <= KdTree::maximum_points && config.surface.sample_capacity > 0 &&
          is_usable(config.scan_match) && is_usable(config.loop_match) &&
          LoopDetector::check(config.detector) == Status::ok;
@@ -34,20 +37,26 @@ bool is_found(const IcpResult& match) {
 
 const char* text(LoopVerdict verdict) {
   switch (verdict) {
-    case LoopVerdict::closed: return "closed";
-    case LoopVerdict::refused_no_match: return "refused: the metascans do not come together";
-    case LoopVerdict::refused_overlap: return "refused: too little overlap";
-    case LoopVerdict::refused_residual: return "refused: the residuals are too large";
+    case LoopVerdict::closed:
+      return "closed";
+    case LoopVerdict::refused_no_match:
+      return "refused: the metascans do not come together";
+    case LoopVerdict::refused_overlap:
+      return "refused: too little overlap";
+    case LoopVerdict::refused_residual:
+      return "refused: the residuals are too large";
     case LoopVerdict::refused_implausible:
       return "refused: the correction is larger than the accumulated uncertainty explains";
-    case LoopVerdict::refused_capacity: return "refused: no room for another edge";
-    case LoopVerdict::refused_archive: return "refused: a scan could not be brought back";
+    case LoopVerdict::refused_capacity:
+      return "refused: no room for another edge";
+    case LoopVerdict::refused_archive:
+      return "refused: a scan could not be brought back";
   }
   return "unknown verdict";
 }
 
-Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, Status& status, ScanArchive* archive,
-                       StageClock* clock) {
+Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, Status& status,
+                       ScanArchive* archive, StageClock* clock) {
   MapperConfig planned = config;
   planned.detector.scan_capacity = config.scan_capacity;
   status = Status::bad_config;
@@ -58,7 +67,8 @@ Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, S
   if (block.size() < memory_required(planned)) return nullptr;
   Arena arena(block);
   // The mapper itself lies at the front of its block; memory_required() counts it the same way.
-  void* const place = arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*)).data();
+  void* const place =
+      arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*)).data();
   Mapper* const mapper = new (place) Mapper(arena, planned);
   if (arena.overflowed()) return nullptr;
   mapper->store_.set_archive(archive);
@@ -94,8 +104,8 @@ Pose Mapper::predict(const Pose* odometry_from_body) const {
   return poses[n - 1] * (poses[n - 2].inverse() * poses[n - 1]);  // as it went
 }
 
-bool Mapper::load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side, std::span<IcpScan> scans,
-                           std::uint32_t& count) {
+bool Mapper::load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side,
+                           std::span<IcpScan> scans, std::uint32_t& count) {
   const Pose side_from_map = map_from_side.inverse();
   count = 0;
   for (std::uint32_t scan = begin; scan < end; ++scan) {
@@ -145,9 +155,14 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     IcpResult match;
     match.model_from_data = map_from_last.inverse() * predicted;
     StoredScan newest;
-    if (load_metascan(model_begin, n, map_from_last, model, model_count) && store_.load(n, newest) == Status::ok) {
+    if (load_metascan(model_begin, n, map_from_last, model, model_count) &&
+        store_.load(n, newest) == Status::ok) {
       data[0] = {newest.tree, newest.samples, Pose{}};
-      match = icp_.match(std::span(model).first(model_count), data, match.model_from_data, config_.scan_match);
+      match =
+          icp_.match(std::span(model).first(model_count), data, match.model_from_data, config_.scan_match);
+    } else {
+      report.archive_failed = true;
+      ++counters_.archive_failures;
     }
     report.match = match.verdict;
     report.iterations = match.iterations;
@@ -168,8 +183,10 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     edge.from = n - 1;
     edge.to = n;
     edge.from_from_to = match.model_from_data;
-    edge.variance = edge_variance(covariance, match.model_from_data, map_from_last.rotation, config_.edge_uncertainty);
-    (void)graph_.add_vertex(map_from_body);  // room is certain: as many vertices as scans, as many edges and loops
+    edge.variance =
+        edge_variance(covariance, match.model_from_data, map_from_last.rotation, config_.edge_uncertainty);
+    (void)graph_.add_vertex(
+        map_from_body);  // room is certain: as many vertices as scans, as many edges and loops
     (void)graph_.add_edge(edge);
     const double step_m2 = match.model_from_data.translation_m.squaredNorm();
     spreads_[n].rotation_rad2 = spreads_[n - 1].rotation_rad2 + edge.variance.rotation_rad2;
@@ -308,13 +325,15 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
     loop.verdict = LoopVerdict::refused_implausible;
     return;
   }
-  const PairCovariance covariance = config_.label_with_appendix_a ? appendix_a(match.sums) : from_curvature(match);
+  const PairCovariance covariance =
+      config_.label_with_appendix_a ? appendix_a(match.sums) : from_curvature(match);
   Edge edge;
   edge.from = f;
   edge.to = l;
   edge.closes_loop = true;
   edge.from_from_to = match.model_from_data;
-  edge.variance = edge_variance(covariance, match.model_from_data, map_from_f.rotation, config_.edge_uncertainty);
+  edge.variance =
+      edge_variance(covariance, match.model_from_data, map_from_f.rotation, config_.edge_uncertainty);
   if (sharing_.share(graph_, map_from_matched, config_.sharing) != Status::ok) {
     loop.verdict = LoopVerdict::refused_no_match;
     return;
@@ -324,7 +343,9 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   for (std::uint32_t i = l; i < scan_count(); ++i) {  // l is again as sure as f
     const Spread grown{spreads_[i].translation_m2 - spreads_[l].translation_m2,
                        spreads_[i].rotation_rad2 - spreads_[l].rotation_rad2};
-    if (i > l) spreads_[i] = {spreads_[f].translation_m2 + grown.translation_m2, spreads_[f].rotation_rad2 + grown.rotation_rad2};
+    if (i > l)
+      spreads_[i] = {spreads_[f].translation_m2 + grown.translation_m2,
+                     spreads_[f].rotation_rad2 + grown.rotation_rad2};
   }
   spreads_[l] = spreads_[f];
   times.loop_share_ns += now_ns() - matched_ns;

@@ -39,7 +39,8 @@ EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_da
                            const Eigen::Quaterniond& map_from_model, const EdgeUncertainty& uncertainty,
                            double unknown_m, double unknown_rad) {
   if (!pair.is_known) {
-    return {unknown_m * unknown_m, unknown_m * unknown_m, unknown_m * unknown_m, 3 * unknown_rad * unknown_rad};
+    return {unknown_m * unknown_m, unknown_m * unknown_m, unknown_m * unknown_m,
+            3 * unknown_rad * unknown_rad};
   }
   // A small rotation about the model's origin also moves the data's place: d(p) = t + w x p.
   const Eigen::Vector3d& p = model_from_data.translation_m;
@@ -49,7 +50,8 @@ EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_da
       0, 0, 1, p.y(), -p.x(), 0;
   const Eigen::Matrix3d axes = map_from_model.toRotationMatrix();
   const Eigen::Vector3d translation_m2 =
-      (axes * place * pair.covariance * place.transpose() * axes.transpose()).diagonal() * uncertainty.inflation;
+      (axes * place * pair.covariance * place.transpose() * axes.transpose()).diagonal() *
+      uncertainty.inflation;
   const double rotation_rad2 = pair.covariance.bottomRightCorner<3, 3>().trace() * uncertainty.inflation;
   const double floor_m2 = uncertainty.minimum_translation_m * uncertainty.minimum_translation_m;
   const double floor_rad2 = uncertainty.minimum_rotation_rad * uncertainty.minimum_rotation_rad;

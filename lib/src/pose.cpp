@@ -162,7 +162,8 @@ Pose3dtk to_3dtk(const Pose& pose) {
   const Eigen::Matrix4d m = matrix_3dtk(pose);
   Pose3dtk converted;
   converted.position_cm = m.topRightCorner<3, 1>();
-  // R = R_x R_y R_z: m02 = sin y, m12 = -sin x cos y, m22 = cos x cos y, m01 = -cos y sin z, m00 = cos y cos z
+  // R = R_x R_y R_z: m02 = sin y, m12 = -sin x cos y, m22 = cos x cos y, m01 = -cos y sin z, m00 = cos y cos
+  // z
   const double cos_y = std::hypot(m(0, 0), m(0, 1));
   converted.euler_rad.y() = std::atan2(m(0, 2), cos_y);
   if (cos_y > 1e-9) {

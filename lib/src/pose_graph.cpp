@@ -5,7 +5,9 @@
 namespace alces {
 namespace {
 
-bool is_variance(double value) { return std::isfinite(value) && value > 0; }
+bool is_variance(double value) {
+  return std::isfinite(value) && value > 0;
+}
 
 }  // namespace
 
@@ -22,7 +24,8 @@ Status PoseGraph::add_vertex(const Pose& map_from_body) {
 Status PoseGraph::add_edge(const Edge& edge) {
   if (edge.from >= vertex_count_ || edge.to >= vertex_count_) return Status::no_such_vertex;
   const EdgeVariance& v = edge.variance;
-  const bool usable = is_variance(v.x_m2) && is_variance(v.y_m2) && is_variance(v.z_m2) && is_variance(v.rotation_rad2);
+  const bool usable =
+      is_variance(v.x_m2) && is_variance(v.y_m2) && is_variance(v.z_m2) && is_variance(v.rotation_rad2);
   if (edge.from == edge.to || !usable) return Status::bad_edge;
   if (!is_valid(edge.from_from_to)) return Status::bad_pose;
   if (edge_count_ == edges_.size()) return Status::no_edge_capacity;

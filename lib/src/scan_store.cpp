@@ -26,7 +26,8 @@ struct BoxEncoder {
 
   explicit BoxEncoder(const Box& around) : box(around) {
     constexpr float flat_m = 1e-30F;
-    for (int axis = 0; axis < 3; ++axis) steps_per_m[axis] = box.step[axis] > flat_m ? 1.0F / box.step[axis] : 0.0F;
+    for (int axis = 0; axis < 3; ++axis)
+      steps_per_m[axis] = box.step[axis] > flat_m ? 1.0F / box.step[axis] : 0.0F;
   }
   [[nodiscard]] std::uint16_t encode(float value, int axis) const {
     const float code = (value - box.low[axis]) * steps_per_m[axis] + 0.5F;
@@ -65,8 +66,8 @@ T take(const std::byte*& at) {
   return value;
 }
 
-// A unit vector on the octahedron |x| + |y| + |z| = 1, unfolded to a square (Meyer et al., 2010); 12 bits a side keep
-// it to 0.03 deg.
+// A unit vector on the octahedron |x| + |y| + |z| = 1, unfolded to a square (Meyer et al., 2010); 12 bits a
+// side keep it to 0.03 deg.
 constexpr float octahedron_steps = 2047.0F;
 
 std::uint32_t encode_normal(const float* n) {
@@ -79,12 +80,16 @@ std::uint32_t encode_normal(const float* n) {
     v = (1.0F - std::abs(u)) * (v < 0 ? -1.0F : 1.0F);
     u = folded_u;
   }
-  const auto code = [](float t) { return static_cast<std::uint32_t>(std::lround(t * octahedron_steps) + 2048); };
+  const auto code = [](float t) {
+    return static_cast<std::uint32_t>(std::lround(t * octahedron_steps) + 2048);
+  };
   return code(u) << 12 | code(v);
 }
 
 void decode_normal(std::uint32_t code, float* n) {
-  const auto side = [](std::uint32_t bits) { return (static_cast<float>(bits & 0xFFF) - 2048.0F) / octahedron_steps; };
+  const auto side = [](std::uint32_t bits) {
+    return (static_cast<float>(bits & 0xFFF) - 2048.0F) / octahedron_steps;
+  };
   float u = side(code >> 12);
   float v = side(code);
   const float z = 1.0F - std::abs(u) - std::abs(v);
@@ -159,7 +164,8 @@ Status ScanStore::add(std::span<const Point> points) {
   }
   records_[scan_count_] = entry;
   counters_.points += count;
-  decode_samples(samples_at, slot.samples.first(slot.sample_count));  // the tree is as it will be decoded already
+  decode_samples(samples_at,
+                 slot.samples.first(slot.sample_count));  // the tree is as it will be decoded already
   slot.scan = scan_count_++;
   slot.last_use = ++use_;
   return Status::ok;

@@ -7,6 +7,7 @@
 namespace alces {
 namespace {
 
+constexpr float line_ratio = 0.01F;            // middle over largest eigenvalue: at and below, a line
 constexpr std::uint32_t fewest_neighbors = 5;  // fewer do not tell a plane from noise
 
 void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceSample& sample) {
@@ -24,7 +25,8 @@ void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceS
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
   solver.computeDirect(covariance);
   const Eigen::Vector3f eigenvalues = solver.eigenvalues();
-  if (!(eigenvalues.y() > 0)) return;  // on a line or in one place
+  // On a line, as within one sweep of a 2D laser, the range noise would pass for a plane's width.
+  if (!(eigenvalues.y() > line_ratio * eigenvalues.z())) return;
   const Eigen::Vector3f normal = solver.eigenvectors().col(0);
   if (!normal.allFinite()) return;
   Eigen::Map<Eigen::Vector3f>(sample.normal) = normal;
@@ -33,7 +35,8 @@ void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceS
 
 }  // namespace
 
-std::uint32_t sample_surface(const KdTree& tree, const SurfaceConfig& config, std::span<SurfaceSample> samples) {
+std::uint32_t sample_surface(const KdTree& tree, const SurfaceConfig& config,
+                             std::span<SurfaceSample> samples) {
   const auto capacity = std::min(config.sample_capacity, static_cast<std::uint32_t>(samples.size()));
   const std::uint32_t count = std::min(tree.size(), capacity);
   std::array<Neighbor, KdTree::maximum_neighbors> neighbors;

@@ -20,14 +20,18 @@ CellIndex cell_of(const Point& point, float cells_per_m) {
           static_cast<std::int64_t>(std::floor(point.z * cells_per_m))};
 }
 
-std::int64_t key_of(const CellIndex& cell) { return (cell.x << 42) ^ ((cell.y & 0x1FFFFF) << 21) ^ (cell.z & 0x1FFFFF); }
+std::int64_t key_of(const CellIndex& cell) {
+  return (cell.x << 42) ^ ((cell.y & 0x1FFFFF) << 21) ^ (cell.z & 0x1FFFFF);
+}
 
 std::uint32_t hash_of(std::int64_t key) {
   const std::uint64_t mixed = static_cast<std::uint64_t>(key) * 0x9E3779B97F4A7C15ULL;  // Fibonacci hashing
   return static_cast<std::uint32_t>(mixed >> 32);
 }
 
-float squared_range(const Point& point) { return point.x * point.x + point.y * point.y + point.z * point.z; }
+float squared_range(const Point& point) {
+  return point.x * point.x + point.y * point.y + point.z * point.z;
+}
 
 }  // namespace
 
@@ -112,7 +116,9 @@ Status VoxelGrid::reduce(std::span<const Point> points, std::span<Point> reduced
   for (std::uint32_t i = 0; i < used_; ++i) {
     Cell& cell = cells_[order_[i]];
     switch (config_.representative) {
-      case CellRepresentative::measured: reduced[i] = points[cell.best]; break;
+      case CellRepresentative::measured:
+        reduced[i] = points[cell.best];
+        break;
       case CellRepresentative::centroid: {
         const float share = 1.0F / static_cast<float>(cell.count);
         reduced[i] = {cell.sum_x * share, cell.sum_y * share, cell.sum_z * share};

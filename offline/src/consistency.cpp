@@ -86,30 +86,29 @@ std::optional<double> median_of_overlapping(const std::vector<PairConsistency>& 
 }  // namespace
 
 struct SurfaceModel::Tree {
-  PointCloud cloud;  // the points with a normal
-  std::vector<Eigen::Vector3f> normals;
+  PointCloud cloud;
+  std::vector<Eigen::Vector3f> normals;  // beside the points; zero where there is no plane
+  std::size_t normal_count = 0;
   std::unique_ptr<KdTree> index;
 };
 
 SurfaceModel::SurfaceModel(std::span<const Point> points, const ConsistencySettings& settings)
     : tree_(std::make_unique<Tree>()), settings_(settings) {
-  const PointCloud all{within_range(points, settings)};
-  if (all.points.size() < settings.normal_neighbours) return;
-  const KdTree index(3, all, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size));
+  PointCloud& cloud = tree_->cloud;
+  cloud.points = within_range(points, settings);
+  if (cloud.points.size() < settings.normal_neighbours) return;
+  tree_->index = std::make_unique<KdTree>(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size));
   std::vector<std::uint32_t> neighbours(settings.normal_neighbours);
   std::vector<float> square_distances(settings.normal_neighbours);
-  for (const Point& point : all.points) {
+  tree_->normals.reserve(cloud.points.size());
+  for (const Point& point : cloud.points) {
     const std::array<float, 3> query{point.x, point.y, point.z};
     const std::size_t found =
-        index.knnSearch(query.data(), neighbours.size(), neighbours.data(), square_distances.data());
-    const auto direction = normal(all, std::span(neighbours).first(found), settings.max_eigenvalue_ratio);
-    if (!direction) continue;
-    tree_->cloud.points.push_back(point);
-    tree_->normals.push_back(direction->cast<float>());
+        tree_->index->knnSearch(query.data(), neighbours.size(), neighbours.data(), square_distances.data());
+    const auto direction = normal(cloud, std::span(neighbours).first(found), settings.max_eigenvalue_ratio);
+    tree_->normals.push_back(direction ? Eigen::Vector3f(direction->cast<float>()) : Eigen::Vector3f::Zero());
+    if (direction) ++tree_->normal_count;
   }
-  if (tree_->cloud.points.empty()) return;
-  tree_->index =
-      std::make_unique<KdTree>(3, tree_->cloud, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size));
 }
 
 SurfaceModel::~SurfaceModel() = default;
@@ -117,7 +116,7 @@ SurfaceModel::SurfaceModel(SurfaceModel&&) noexcept = default;
 SurfaceModel& SurfaceModel::operator=(SurfaceModel&&) noexcept = default;
 
 std::size_t SurfaceModel::size() const {
-  return tree_->cloud.points.size();
+  return tree_->normal_count;
 }
 
 std::vector<double> SurfaceModel::residuals_m(std::span<const Point> b, const Pose& a_from_b) const {
@@ -135,6 +134,7 @@ std::vector<double> SurfaceModel::residuals_m(std::span<const Point> b, const Po
     result.init(&nearest, &square_distance);
     square_distance = max_square_distance;  // the search prunes by what lies here
     if (!tree_->index->findNeighbors(result, query.data(), nanoflann::SearchParams())) continue;
+    if (tree_->normals[nearest].isZero()) continue;
     const Eigen::Vector3d difference = point - vector(tree_->cloud.points[nearest]);
     residuals_m.push_back(std::abs(difference.dot(tree_->normals[nearest].cast<double>())));
   }

@@ -1,10 +1,12 @@
 // ICP: moves a body of scans (the data) onto fixed scans (the model), with everything bounded.
 //
-// Each iteration finds, for every data sample, the nearest point of a model scan within a limit that shrinks, and
-// minimises the distances: to the points themselves (paper, appendix A.1, in Horn's closed form), or mostly along the
-// samples' normals, which lets surfaces slide and converges in far fewer iterations to far less drift.
+// Each iteration finds, for every data sample, the nearest point of a model scan within a limit that shrinks,
+// and minimises the distances: to the points themselves (paper, appendix A.1, in Horn's closed form), or
+// mostly along the samples' normals, which lets surfaces slide and converges in far fewer iterations to far
+// less drift.
 //
-// The samples ask the model's scans in turn, so that a metascan costs no more than one scan and need not be merged.
+// The samples ask the model's scans in turn, so that a metascan costs no more than one scan and need not be
+// merged.
 //
 // Time: at most iterations x samples nearest-neighbour queries.
 // Memory: 36 bytes a correspondence of capacity.
@@ -32,14 +34,16 @@ struct IcpConfig {
   float first_distance_limit_m = 1.5F;  ///< of a correspondence in the first iteration ...
   float last_distance_limit_m = 0.8F;   ///< ... multiplied by limit_factor down to this
   float limit_factor = 0.7F;
-  float translation_epsilon_m = 0.002F;   ///< converged when an iteration moves less ...
-  float rotation_epsilon_rad = 0.0002F;   ///< ... and turns less, at the last distance limit
+  float translation_epsilon_m = 0.002F;  ///< converged when an iteration moves less ...
+  float rotation_epsilon_rad = 0.0002F;  ///< ... and turns less, at the last distance limit
   std::uint32_t minimum_correspondences = 50;
-  std::uint32_t coarse_stride = 4;       ///< only every so many samples, until the last distance limit is reached
-  float robust_factor = 3.0F;     ///< residuals well above this many rms of the last iteration count little; 0: all alike
-  float robust_scale_m = 0.05F;   ///< but those below this never do
-  float rough_weight = 0.05F;            ///< surface metric: weight of the distance where there is no plane
-  float degenerate_ratio = 1e-3F;        ///< smallest over largest curvature below this: a direction is undetermined
+  std::uint32_t coarse_stride = 4;  ///< only every so many samples, until the last distance limit is reached
+  float robust_factor =
+      3.0F;  ///< residuals well above this many rms of the last iteration count little; 0: all alike
+  float robust_scale_m = 0.05F;  ///< but those below this never do
+  float rough_weight = 0.05F;    ///< surface metric: weight of the distance where there is no plane
+  float degenerate_ratio =
+      1e-3F;  ///< smallest over largest curvature below this: a direction is undetermined
 };
 
 /// One scan on either side of a match.
@@ -74,7 +78,8 @@ struct IcpResult {
   std::uint32_t queries = 0;          ///< samples that asked for one
   double overlap = 0;                 ///< correspondences / queries
   double rms_m = 0;                   ///< of what is minimised: along normals, or of whole distances
-  Matrix6d information = Matrix6d::Zero();  ///< of model_from_data, left perturbation (t, rotation), model frame
+  Matrix6d information =
+      Matrix6d::Zero();  ///< of model_from_data, left perturbation (t, rotation), model frame
   Vector6d weak_direction = Vector6d::Zero();
   IcpSums sums;
 };
@@ -103,8 +108,8 @@ class Icp {
 
  private:
   struct DataPoint {
-    Point point;         // data frame
-    Point normal;        // data frame
+    Point point;            // data frame
+    Point normal;           // data frame
     float plane_weight;     // 0: no plane
     std::uint32_t model;    // scan that the sample asked last
     std::uint32_t nearest;  // what it answered
@@ -115,8 +120,8 @@ class Icp {
   std::span<DataPoint> data_;
 };
 
-/// The rigid transform that minimises sum w ||m - (R d + t)||^2 from weighted sums (Horn, 1987): the largest eigenvector
-/// of the 4x4 matrix built from the cross-covariance.
+/// The rigid transform that minimises sum w ||m - (R d + t)||^2 from weighted sums (Horn, 1987): the largest
+/// eigenvector of the 4x4 matrix built from the cross-covariance.
 struct HornSums {
   double weight = 0;
   Eigen::Vector3d model = Eigen::Vector3d::Zero();

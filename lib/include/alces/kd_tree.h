@@ -1,11 +1,12 @@
 // A k-d tree in arrays: exact nearest neighbours among the points of one scan.
 //
-// Median splits order the points so that every aligned run of 4^k leaves is a subtree: the tree needs no links.
-// Leaves hold 16 points as x[16] y[16] z[16], inner nodes the tight boxes of their four children, so that both are
-// measured four lanes at a time (a box prunes more than a splitting plane, for scans are surfaces).
+// Median splits order the points so that every aligned run of 4^k leaves is a subtree: the tree needs no
+// links. Leaves hold 16 points as x[16] y[16] z[16], inner nodes the tight boxes of their four children, so
+// that both are measured four lanes at a time (a box prunes more than a splitting plane, for scans are
+// surfaces).
 //
-// A point's index is its place in the leaves; KdTreeScratch::input_of() says where it stood in the input of build().
-// Memory: 15 bytes a point of capacity, and 16 more for building, which several trees can share.
+// A point's index is its place in the leaves; KdTreeScratch::input_of() says where it stood in the input of
+// build(). Memory: 15 bytes a point of capacity, and 16 more for building, which several trees can share.
 // Build O(n log n), query O(log n) expected, at most all leaves.
 #pragma once
 
@@ -70,7 +71,8 @@ class KdTree {
 
   /// The nearest point closer than sqrt(radius_m2). A `hint`, any index of the tree that is likely near,
   /// spares most of the search; it never changes the distance found.
-  [[nodiscard]] Neighbor nearest(const Point& query, float radius_m2, std::uint32_t hint = Neighbor::none) const;
+  [[nodiscard]] Neighbor nearest(const Point& query, float radius_m2,
+                                 std::uint32_t hint = Neighbor::none) const;
 
   /// The up to neighbors.size() (at most maximum_neighbors) nearest points closer than sqrt(radius_m2),
   /// ascending; returns how many. A point of the tree finds itself at distance zero.
@@ -83,11 +85,13 @@ class KdTree {
     float xyz[3][leaf_size];  // lanes beyond the last point hold +Inf
   };
   struct alignas(32) Node {
-    float low[3][arity];   // boxes of the children; a missing child's is +Inf .. -Inf
+    float low[3][arity];  // boxes of the children; a missing child's is +Inf .. -Inf
     float high[3][arity];
   };
 
-  static constexpr std::uint32_t leaf_count(std::uint32_t points) { return (points + leaf_size - 1) / leaf_size; }
+  static constexpr std::uint32_t leaf_count(std::uint32_t points) {
+    return (points + leaf_size - 1) / leaf_size;
+  }
   static constexpr std::uint32_t node_count(std::uint32_t leaves) {
     std::uint32_t nodes = 0;
     while (leaves > 1) nodes += leaves = (leaves + arity - 1) / arity;
@@ -101,7 +105,7 @@ class KdTree {
   static constexpr std::uint32_t maximum_levels = 12;  // of 4^12 leaves
 
   std::span<Leaf> leaves_;
-  std::span<Node> nodes_;                       // level by level, the leaves' parents first
+  std::span<Node> nodes_;                        // level by level, the leaves' parents first
   std::uint32_t level_begin_[maximum_levels]{};  // where each level starts in nodes_
   std::uint32_t levels_ = 0;
   std::uint32_t size_ = 0;

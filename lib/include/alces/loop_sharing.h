@@ -1,14 +1,17 @@
 // Shares the offset of a closed loop out over all poses (paper, sections 3.4 to 3.6 and appendix B).
 //
 // Two rules:
-//   paper   four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the one
-//           offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is swung on a long
-//           lever, which bends the map between neighbours.
-//   trails  (default) one LOA run takes the graph apart into trails; along each trail the error goes into the edges
-//           where it most likely arose: the maximum-likelihood correction of a chain whose ends are known, in closed form
-//           (one 6x6 system a trail). Rotation put into an edge turns what follows about that edge, as drift did.
-// With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and vertices that
-// are not connected to the loop stay.
+//   paper   four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the
+//   one
+//           offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is
+//           swung on a long lever, which bends the map between neighbours.
+//   trails  (default) one LOA run takes the graph apart into trails; along each trail the error goes into the
+//   edges
+//           where it most likely arose: the maximum-likelihood correction of a chain whose ends are known, in
+//           closed form (one 6x6 system a trail). Rotation put into an edge turns what follows about that
+//           edge, as drift did.
+// With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and
+// vertices that are not connected to the loop stay.
 //
 // Cost: O(n) poses beside LOA. Memory: LOA's, and 120 bytes a vertex.
 #pragma once
@@ -39,7 +42,8 @@ class LoopSharing {
   /// `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of freedom. After prepare().
   [[nodiscard]] double mahalanobis2(const PoseGraph& graph, const Pose& map_from_l) const;
 
-  /// Bends all poses so that l lies at `map_from_l` as seen from f. After prepare(), with the graph unchanged.
+  /// Bends all poses so that l lies at `map_from_l` as seen from f. After prepare(), with the graph
+  /// unchanged.
   [[nodiscard]] Status share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule);
 
  private:

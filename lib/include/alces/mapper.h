@@ -2,8 +2,8 @@
 //
 //   add_scan: reduce -> store -> predict -> match against the last scans -> edge -> detect -> close (ELCH)
 //
-// Paper: sections 3.1 to 3.6. All memory comes from the block; nothing is allocated after create(). Two mappers in two
-// blocks do not know of each other. One thread at a time.
+// Paper: sections 3.1 to 3.6. All memory comes from the block; nothing is allocated after create(). Two
+// mappers in two blocks do not know of each other. One thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -26,15 +26,17 @@ namespace alces {
 
 /// When a loop is believed before it bends the map. A refused loop is reported with its reason.
 struct BeliefConfig {
-  double minimum_overlap = 0.4;       ///< share of the data's samples that find a correspondence
-  double maximum_rms_m = 0.10;        ///< of the residuals of the match
-  double maximum_mahalanobis2 = 30;   ///< of the correction, against the uncertainty accumulated along the loop
+  double minimum_overlap = 0.4;  ///< share of the data's samples that find a correspondence
+  double maximum_rms_m = 0.10;   ///< of the residuals of the match
+  double maximum_mahalanobis2 =
+      30;  ///< of the correction, against the uncertainty accumulated along the loop
 };
 
-/// Where the match of a loop starts, when it does not come together from where the poses say: a drift of many degrees is
-/// beyond the reach of ICP. Turned about l's upright by multiples of a step, to both sides; the largest overlap wins.
+/// Where the match of a loop starts, when it does not come together from where the poses say: a drift of many
+/// degrees is beyond the reach of ICP. Turned about l's upright by multiples of a step, to both sides; the
+/// largest overlap wins.
 struct LoopSearchConfig {
-  double sure_overlap = 0.6;      ///< from here on no other start is tried
+  double sure_overlap = 0.6;  ///< from here on no other start is tried
   double turn_step_rad = 0.14;
   std::uint32_t turn_steps = 2;   ///< to each side; 0: the paper
   std::uint32_t iterations = 12;  ///< of each such start
@@ -51,9 +53,11 @@ struct MapperConfig {
 
   IcpConfig scan_match;
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
-  bool learn_odometry_heading = true;  ///< predict with the heading offset that matches show the odometry to have
+  bool learn_odometry_heading =
+      true;  ///< predict with the heading offset that matches show the odometry to have
   std::uint32_t correspondence_capacity = 4096;
-  bool label_with_appendix_a = false;  ///< edges' variances from Appendix A instead of the curvature minimised on
+  bool label_with_appendix_a =
+      false;  ///< edges' variances from Appendix A instead of the curvature minimised on
   EdgeUncertainty edge_uncertainty;
 
   /// The radius reaches farther as the pose becomes less sure; scan_capacity is set from the above.
@@ -74,12 +78,12 @@ struct MapperConfig {
 
 enum class LoopVerdict : std::uint8_t {
   closed,
-  refused_no_match,        ///< the metascans did not come together
-  refused_overlap,         ///< too few points found a partner
-  refused_residual,        ///< they came together badly
-  refused_implausible,     ///< the correction is larger than the accumulated uncertainty explains
-  refused_capacity,        ///< no room for the edge
-  refused_archive,         ///< a scan of the loop could not be brought back
+  refused_no_match,     ///< the metascans did not come together
+  refused_overlap,      ///< too few points found a partner
+  refused_residual,     ///< they came together badly
+  refused_implausible,  ///< the correction is larger than the accumulated uncertainty explains
+  refused_capacity,     ///< no room for the edge
+  refused_archive,      ///< a scan of the loop could not be brought back
 };
 [[nodiscard]] const char* text(LoopVerdict verdict);
 
@@ -88,11 +92,11 @@ struct LoopReport {
   std::uint32_t first = 0;
   std::uint32_t last = 0;
   LoopVerdict verdict = LoopVerdict::refused_no_match;
-  double distance_m = 0;       ///< between the two poses when the loop was offered
+  double distance_m = 0;  ///< between the two poses when the loop was offered
   double overlap = 0;
   double rms_m = 0;
   double mahalanobis2 = 0;
-  double correction_m = 0;     ///< how far l moved against f
+  double correction_m = 0;  ///< how far l moved against f
   double correction_rad = 0;
   std::uint32_t iterations = 0;
 };
@@ -100,7 +104,7 @@ struct LoopReport {
 /// Where add_scan's time went, if a clock was given (ns).
 struct StageTimes {
   std::uint64_t reduce_ns = 0;
-  std::uint64_t store_ns = 0;    ///< quantise, tree, surface
+  std::uint64_t store_ns = 0;  ///< quantise, tree, surface
   std::uint64_t match_ns = 0;
   std::uint64_t detect_ns = 0;
   std::uint64_t loop_match_ns = 0;
@@ -108,14 +112,15 @@ struct StageTimes {
 };
 
 struct ScanReport {
-  std::uint32_t scan = 0;        ///< index of the scan in the map
+  std::uint32_t scan = 0;  ///< index of the scan in the map
   VoxelGridCounts points;
   IcpVerdict match = IcpVerdict::converged;
   std::uint32_t iterations = 0;
   std::uint32_t correspondences = 0;
   double overlap = 0;
   double rms_m = 0;
-  bool is_predicted = false;     ///< the match failed: the pose is the odometry's
+  bool is_predicted = false;    ///< the match failed: the pose is the odometry's
+  bool archive_failed = false;  ///< a scan to match with could not be brought back
   bool loop_offered = false;
   LoopReport loop;
   StageTimes times;
@@ -140,18 +145,18 @@ class Mapper {
   [[nodiscard]] static Mapper* create(std::span<std::byte> block, const MapperConfig& config, Status& status,
                                       ScanArchive* archive = nullptr, StageClock* clock = nullptr);
 
-  /// Appends a scan: points in the body frame, metres, at its reference time; odometry in any fixed frame, or null to
-  /// assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops only.
-  /// When the status is not ok (empty_scan, bad_pose, a capacity, an archive that fails) the scan was not added and
-  /// the map so far stays whole; no_voxel_capacity: it was added, thinned out.
-  [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body, ScanReport& report,
-                                const Eigen::Vector3d* gps_position_m = nullptr);
+  /// Appends a scan: points in the body frame, metres, at its reference time; odometry in any fixed frame, or
+  /// null to assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops
+  /// only. When the status is not ok (empty_scan, bad_pose, a capacity, an archive that fails) the scan was
+  /// not added and the map so far stays whole; no_voxel_capacity: it was added, thinned out.
+  [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body,
+                                ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr);
 
   /// The drive ends: closes the loop of an approach that still goes on. True: `loop` says what came of it.
   bool finish(LoopReport& loop);
 
-  /// A loop that somebody else detected: scan `last` was taken where scan `first` was. Matched, judged and shared out
-  /// as any other. no_such_scan.
+  /// A loop that somebody else detected: scan `last` was taken where scan `first` was. Matched, judged and
+  /// shared out as any other. no_such_scan.
   [[nodiscard]] Status offer_loop(std::uint32_t first, std::uint32_t last, LoopReport& loop);
 
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
@@ -160,8 +165,8 @@ class Mapper {
   /// The loops offered so far, in order, up to four times loop_capacity of them.
   [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }
 
-  /// Reduced points of a scan, body frame, as they are stored. Returns how many; buffer_too_small, no_such_scan,
-  /// archive_read_failed.
+  /// Reduced points of a scan, body frame, as they are stored. Returns how many; buffer_too_small,
+  /// no_such_scan, archive_read_failed.
   [[nodiscard]] Status read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count);
 
   struct Counters {
@@ -170,11 +175,12 @@ class Mapper {
     std::uint64_t points_too_near = 0;
     std::uint64_t points_too_far = 0;
     std::uint64_t points_without_cell = 0;
-    std::uint32_t scans_refused = 0;      ///< add_scan() said no
-    std::uint32_t scans_predicted = 0;    ///< their match failed
+    std::uint32_t scans_refused = 0;     ///< add_scan() said no
+    std::uint32_t scans_predicted = 0;   ///< their match failed
+    std::uint32_t archive_failures = 0;  ///< scans to match with could not be brought back
     std::uint32_t loops_offered = 0;
     std::uint32_t loops_closed = 0;
-    std::uint32_t loops_not_listed = 0;   ///< beyond the capacity of loops()
+    std::uint32_t loops_not_listed = 0;  ///< beyond the capacity of loops()
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const ScanStore::Counters& store_counters() const { return store_.counters(); }
@@ -190,8 +196,8 @@ class Mapper {
     double rotation_rad2 = 0;
   };
 
-  // The heading of the scanner in the odometry's body, as far as the steps matched so far tell: many recordings have
-  // a constant offset there, which would put every prediction to one side.
+  // The heading of the scanner in the odometry's body, as far as the steps matched so far tell: many
+  // recordings have a constant offset there, which would put every prediction to one side.
   struct OdometryHeading {
     double cosine_m2 = 0;
     double sine_m2 = 0;
@@ -229,7 +235,9 @@ class Mapper {
   Counters counters_;
 };
 
-constexpr MapperConfig MapperConfig::standard() { return MapperConfig{}; }
+constexpr MapperConfig MapperConfig::standard() {
+  return MapperConfig{};
+}
 
 constexpr MapperConfig MapperConfig::paper() {
   MapperConfig config;
@@ -270,7 +278,7 @@ constexpr std::size_t Mapper::memory_required(const MapperConfig& config) {
   planned.detector.scan_capacity = config.scan_capacity;
   arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*));
   const Mapper mapper(arena, planned);
-  return arena.used_bytes();
+  return arena.overflowed() ? SIZE_MAX : arena.used_bytes();
 }
 
 }  // namespace alces

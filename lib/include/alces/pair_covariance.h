@@ -1,8 +1,9 @@
 // The uncertainty of a matched pair of scans, from the sums that the match has left.
 //
-// appendix_a() is the paper's: E = (M^T M)^-1 M^T Z, s^2 = (Z - M E)^T (Z - M E) / (2m - 3), C = s^2 (M^T M)^-1, with rows
-// M_i = [ I | -[p_i]x ], columns (translation, rotation). The text prints C = s^2 (M^T M); dimensions, and the use of
-// C^-1 in W, say the inverse. Nothing is stacked: (Z - M E)^T (Z - M E) = Z^T Z - E^T M^T Z.
+// appendix_a() is the paper's: E = (M^T M)^-1 M^T Z, s^2 = (Z - M E)^T (Z - M E) / (2m - 3), C = s^2 (M^T
+// M)^-1, with rows M_i = [ I | -[p_i]x ], columns (translation, rotation). The text prints C = s^2 (M^T M);
+// dimensions, and the use of C^-1 in W, say the inverse. Nothing is stacked: (Z - M E)^T (Z - M E) = Z^T Z -
+// E^T M^T Z.
 #pragma once
 
 #include "alces/icp.h"
@@ -12,10 +13,10 @@
 namespace alces {
 
 struct PairCovariance {
-  bool is_known = false;               ///< false: too few correspondences, or a direction is undetermined
-  Vector6d residual = Vector6d::Zero();      ///< E: what is left of the offset (m, rad)
-  double variance_m2 = 0;                    ///< s^2
-  Matrix6d covariance = Matrix6d::Zero();    ///< C, of (translation, rotation vector) about the frame's origin
+  bool is_known = false;                   ///< false: too few correspondences, or a direction is undetermined
+  Vector6d residual = Vector6d::Zero();    ///< E: what is left of the offset (m, rad)
+  double variance_m2 = 0;                  ///< s^2
+  Matrix6d covariance = Matrix6d::Zero();  ///< C, of (translation, rotation vector) about the frame's origin
 };
 
 /// Appendix A from the sums of the last iteration.
@@ -24,18 +25,21 @@ struct PairCovariance {
 /// C from the curvature that a match has minimised on: right where surfaces could slide.
 [[nodiscard]] PairCovariance from_curvature(const IcpResult& result);
 
-/// Correspondences share their errors (motion during the scan, the choice of points), so that thousands of them do not make a
-/// pose thousands of times surer: as if every `inflation` of them were one, on top of a floor.
+/// Correspondences share their errors (motion during the scan, the choice of points), so that thousands of
+/// them do not make a pose thousands of times surer: as if every `inflation` of them were one, on top of a
+/// floor.
 struct EdgeUncertainty {
   double inflation = 1000;               ///< factor on the covariance
   double minimum_translation_m = 0.005;  ///< standard deviation added on each axis
   double minimum_rotation_rad = 0.001;   ///< standard deviation added about each axis
 };
 
-/// Labels an edge: the covariance, about the model frame's origin, taken to the data's place `model_from_data`, and to
-/// the axes of the map. An unknown covariance gives `unknown` for every axis (m and rad standard deviation).
+/// Labels an edge: the covariance, about the model frame's origin, taken to the data's place
+/// `model_from_data`, and to the axes of the map. An unknown covariance gives `unknown` for every axis (m and
+/// rad standard deviation).
 [[nodiscard]] EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_data,
-                                         const Eigen::Quaterniond& map_from_model, const EdgeUncertainty& uncertainty,
-                                         double unknown_m = 0.5, double unknown_rad = 0.05);
+                                         const Eigen::Quaterniond& map_from_model,
+                                         const EdgeUncertainty& uncertainty, double unknown_m = 0.5,
+                                         double unknown_rad = 0.05);
 
 }  // namespace alces

@@ -13,7 +13,8 @@ class ScanArchive {
   /// Stores `bytes` as record `scan`. Called once a scan, ascending. False: it could not be stored.
   [[nodiscard]] virtual bool write(std::uint32_t scan, std::span<const std::byte> bytes) = 0;
 
-  /// Fills `bytes` with the whole of record `scan`; the size is the one it was written with. False: unreadable.
+  /// Fills `bytes` with the whole of record `scan`; the size is the one it was written with. False:
+  /// unreadable.
   [[nodiscard]] virtual bool read(std::uint32_t scan, std::span<std::byte> bytes) = 0;
 
  protected:

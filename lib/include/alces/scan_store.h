@@ -1,9 +1,10 @@
 // The reduced scans of a map in a bounded amount of memory.
 //
-// A scan is encoded once: points in the order of their k-d tree, quantised to 16 bits an axis within the scan's box
-// (error at most half a step: 0.5 mm for a box of 65 m), then its surface samples. Records fill the point pool first,
-// then go to the ScanArchive. To be matched, a record is decoded into one of a few cache slots, where its tree
-// stands ready; decoding is the only way in, so where a record lay never changes a pose.
+// A scan is encoded once: points in the order of their k-d tree, quantised to 16 bits an axis within the
+// scan's box (error at most half a step: 0.5 mm for a box of 65 m), then its surface samples. Records fill
+// the point pool first, then go to the ScanArchive. To be matched, a record is decoded into one of a few
+// cache slots, where its tree stands ready; decoding is the only way in, so where a record lay never changes
+// a pose.
 //
 // Memory: the pool, 16 bytes a scan, and a slot 16 bytes a point of capacity and 20 a sample.
 #pragma once
@@ -43,7 +44,8 @@ class ScanStore {
         slots_(arena.allocate<Slot>(config.cache_slots)),
         tree_scratch_(arena, config.point_capacity),
         point_scratch_(arena.allocate<Point>(config.point_capacity)),
-        record_scratch_(arena.allocate<std::byte>(record_bytes(config.point_capacity, config.surface.sample_capacity))) {
+        record_scratch_(
+            arena.allocate<std::byte>(record_bytes(config.point_capacity, config.surface.sample_capacity))) {
     for (std::uint32_t i = 0; i < config.cache_slots; ++i) {
       Slot slot;
       slot.tree = KdTree(arena, config.point_capacity);
@@ -67,12 +69,12 @@ class ScanStore {
   [[nodiscard]] std::uint32_t point_count(std::uint32_t scan) const { return records_[scan].point_count; }
 
   struct Counters {
-    std::uint64_t points = 0;          ///< stored
-    std::uint64_t pool_bytes = 0;      ///< of the pool in use
-    std::uint64_t archive_bytes = 0;   ///< handed to the archive
+    std::uint64_t points = 0;         ///< stored
+    std::uint64_t pool_bytes = 0;     ///< of the pool in use
+    std::uint64_t archive_bytes = 0;  ///< handed to the archive
     std::uint32_t archived_scans = 0;
     std::uint64_t slot_hits = 0;
-    std::uint64_t slot_misses = 0;     ///< records decoded again
+    std::uint64_t slot_misses = 0;  ///< records decoded again
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
 

@@ -12,9 +12,9 @@
 namespace alces {
 
 struct SurfaceConfig {
-  std::uint32_t sample_capacity = 1536;   ///< most samples a scan
-  std::uint32_t neighbors = 10;           ///< of the plane fit, the sample itself included
-  float neighbor_radius_m = 1.0F;         ///< neighbours farther than this do not count
+  std::uint32_t sample_capacity = 2048;  ///< most samples a scan
+  std::uint32_t neighbors = 12;          ///< of the plane fit, the sample itself included
+  float neighbor_radius_m = 1.0F;        ///< neighbours farther than this do not count
 };
 
 struct SurfaceSample {
@@ -23,8 +23,9 @@ struct SurfaceSample {
   float roughness = 1;      ///< smallest over middle eigenvalue: 0 a perfect plane, 1 none
 };
 
-/// Fills `samples` with up to `config.sample_capacity` samples spread evenly over the tree's order, thus over the
-/// scan's surface; returns how many.
-std::uint32_t sample_surface(const KdTree& tree, const SurfaceConfig& config, std::span<SurfaceSample> samples);
+/// Fills `samples` with up to `config.sample_capacity` samples spread evenly over the tree's order, thus over
+/// the scan's surface; returns how many.
+std::uint32_t sample_surface(const KdTree& tree, const SurfaceConfig& config,
+                             std::span<SurfaceSample> samples);
 
 }  // namespace alces

@@ -1,6 +1,6 @@
-// Solves small symmetric positive definite systems by L D L^T: fixed size, no pivoting, no allocation (Eigen's general
-// decompositions drag in its heap-backed kernels). The matrix is scaled to a unit diagonal first, so that metres and
-// radians may share it.
+// Solves small symmetric positive definite systems by L D L^T: fixed size, no pivoting, no allocation
+// (Eigen's general decompositions drag in its heap-backed kernels). The matrix is scaled to a unit diagonal
+// first, so that metres and radians may share it.
 #pragma once
 
 #include <Eigen/Core>

@@ -30,13 +30,13 @@ struct VoxelGridConfig {
 
 /// Where the points of one scan went; the counts add up to the points handed in.
 struct VoxelGridCounts {
-  std::uint32_t points = 0;          ///< handed in
-  std::uint32_t kept = 0;            ///< cells, thus points that came out
-  std::uint32_t merged = 0;          ///< fell into a cell that another point stands for
-  std::uint32_t not_finite = 0;      ///< NaN or Inf
-  std::uint32_t too_near = 0;        ///< below minimum_range_m
-  std::uint32_t too_far = 0;         ///< above maximum_range_m
-  std::uint32_t without_cell = 0;    ///< the table was full
+  std::uint32_t points = 0;        ///< handed in
+  std::uint32_t kept = 0;          ///< cells, thus points that came out
+  std::uint32_t merged = 0;        ///< fell into a cell that another point stands for
+  std::uint32_t not_finite = 0;    ///< NaN or Inf
+  std::uint32_t too_near = 0;      ///< below minimum_range_m
+  std::uint32_t too_far = 0;       ///< above maximum_range_m
+  std::uint32_t without_cell = 0;  ///< the table was full
 };
 
 class VoxelGrid {
@@ -52,15 +52,16 @@ class VoxelGrid {
   /// Writes one point a cell to `reduced`, cells in the order of their first point, and returns ok,
   /// no_voxel_capacity (more cells than the capacity or `reduced` allow: points of cells seen before
   /// that count on, later cells are left out and counted) or empty_scan (no usable point).
-  [[nodiscard]] Status reduce(std::span<const Point> points, std::span<Point> reduced, VoxelGridCounts& counts);
+  [[nodiscard]] Status reduce(std::span<const Point> points, std::span<Point> reduced,
+                              VoxelGridCounts& counts);
 
  private:
   struct Cell {
-    std::int64_t key;        // packed cell coordinates; `free_key` if unused
+    std::int64_t key;  // packed cell coordinates; `free_key` if unused
     float sum_x, sum_y, sum_z;
     std::uint32_t count;
-    float best_squared_m2;   // of the measured point nearest the centroid so far
-    std::uint32_t best;      // its index
+    float best_squared_m2;  // of the measured point nearest the centroid so far
+    std::uint32_t best;     // its index
   };
 
   static constexpr std::uint32_t slots_for(std::uint32_t capacity) {
@@ -74,8 +75,8 @@ class VoxelGrid {
 
   VoxelGridConfig config_;
   std::uint32_t slot_count_;
-  std::span<Cell> cells_;            // open addressing, linear probing
-  std::span<std::uint32_t> order_;   // used slots in the order of their first point
+  std::span<Cell> cells_;           // open addressing, linear probing
+  std::span<std::uint32_t> order_;  // used slots in the order of their first point
   std::uint32_t used_ = 0;
   bool cleared_ = false;
 };

@@ -103,10 +103,11 @@ struct RelativeError {
 /// The consistency figure. Of a pair of scans (a, b) at their map poses: the points between min_range_m and
 /// max_range_m from their scanner. A point of a has a normal if, among its `normal_neighbours` nearest points
 /// of a (itself included), the smallest eigenvalue of the covariance is below `max_eigenvalue_ratio` times
-/// the middle one. Every `every`-th such point of b takes its nearest neighbour AMONG THE POINTS OF a THAT
-/// HAVE A NORMAL, if there is one within max_distance_m; its residual is the distance to that point along
-/// that normal. The pair's figure is the median residual. Scans are taken as the files have them: no
-/// reduction, no outlier filter.
+/// the middle one. Every `every`-th such point of b takes its nearest neighbour among all these points of a,
+/// if there is one within max_distance_m; where that neighbour has a normal, the residual is the distance to
+/// it along the normal, elsewhere the point says nothing (vegetation must not lend its points to a wall
+/// behind). The pair's figure is the median residual. Scans are taken as the files have them: no reduction,
+/// no outlier filter.
 struct ConsistencySettings {
   double min_range_m = 1.5;
   double max_range_m = 20;
@@ -119,7 +120,7 @@ struct ConsistencySettings {
 
 using ScanPair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Scan a, its points with normals and the tree to find them; about 40 bytes a point, some 50 ms for 17,000
+/// Scan a, its points, their normals and the tree to find them; about 40 bytes a point, some 50 ms for 17,000
 /// points.
 class SurfaceModel {
  public:
