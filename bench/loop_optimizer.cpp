@@ -30,8 +30,8 @@ struct Size {
   std::uint32_t loops;
 };
 
-/// A drive along a wavy line, with loop edges between scans at least 20 apart: from the one before the last
-/// tenth to scans all over the drive. The loop to close is that from near the first scan to the last one.
+/// A drive along a wavy line, with loop edges between random scans at least 20 apart. The loop to close is
+/// that from near the first scan to the last one; it has no edge yet.
 class Network {
  public:
   Network(const Size& size, std::uint64_t seed)
