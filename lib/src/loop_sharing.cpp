@@ -46,7 +46,7 @@ Vector6d offset_between(const Pose& from, const Pose& to) {
 }
 
 constexpr int most_rounds = 6;        // the chain is bent by linear steps; each round squares the error
-constexpr double good_enough = 1e-9;  // m and rad
+constexpr double good_enough = 1e-7;  // m and rad
 
 }  // namespace
 

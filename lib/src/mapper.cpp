@@ -209,7 +209,7 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     report.times.detect_ns = now_ns() - matched_ns;
     if (candidate) {
       report.loop_offered = true;
-      close_loop(*candidate, report.loop, report.times);
+      close_loop(*candidate, config_.loop_search.candidates, report.loop, report.times);
     }
   }
   return reduced;
@@ -219,7 +219,7 @@ bool Mapper::finish(LoopReport& loop) {
   const std::optional<LoopTrigger::Loop> candidate = trigger_.finish();
   if (!candidate) return false;
   StageTimes times;
-  close_loop(*candidate, loop, times);
+  close_loop(*candidate, config_.loop_search.candidates, loop, times);
   return true;
 }
 
@@ -227,22 +227,37 @@ Status Mapper::offer_loop(std::uint32_t first, std::uint32_t last, LoopReport& l
   if (first >= last || last >= scan_count()) return Status::no_such_scan;
   StageTimes times;
   const double distance_m = (graph_.poses()[first].translation_m - graph_.poses()[last].translation_m).norm();
-  close_loop({first, last, distance_m}, loop, times);
+  close_loop({first, last, distance_m}, 1, loop, times);
   return Status::ok;
 }
 
-void Mapper::close_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
-  loop = LoopReport{};
-  loop.first = candidate.first;
-  loop.last = candidate.last;
-  loop.distance_m = candidate.distance_m;
-  ++counters_.loops_offered;
-  judge_loop(candidate, loop, times);
-  if (loop.verdict == LoopVerdict::closed) ++counters_.loops_closed;
-  if (loop_count_ < loops_.size()) {
-    loops_[loop_count_++] = loop;
-  } else {
-    ++counters_.loops_not_listed;
+void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop,
+                        StageTimes& times) {
+  for (std::uint32_t attempt = 0; attempt < tries; ++attempt) {
+    loop = LoopReport{};
+    loop.first = candidate.first;
+    loop.last = candidate.last;
+    loop.distance_m = candidate.distance_m;
+    ++counters_.loops_offered;
+    judge_loop(candidate, loop, times);
+    if (loop.verdict == LoopVerdict::closed) ++counters_.loops_closed;
+    if (loop_count_ < loops_.size()) {
+      loops_[loop_count_++] = loop;
+    } else {
+      ++counters_.loops_not_listed;
+    }
+    const bool came_together = loop.verdict != LoopVerdict::refused_no_match &&
+                               loop.verdict != LoopVerdict::refused_overlap &&
+                               loop.verdict != LoopVerdict::refused_residual;
+    if (came_together) return;
+    // The pose has drifted: perhaps the nearest scan is of another street. An earlier visit may be the right
+    // one.
+    const Eigen::Vector3d place_m = graph_.poses()[candidate.last].translation_m;
+    const std::optional<LoopDetector::Nearby> earlier =
+        detector_.nearest(place_m, candidate.first, std::sqrt(spreads_[candidate.last].translation_m2));
+    if (!earlier) return;
+    candidate.first = earlier->scan;
+    candidate.distance_m = earlier->distance_m;
   }
 }
 

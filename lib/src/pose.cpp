@@ -75,12 +75,16 @@ double angle_between_rad(const Eigen::Quaterniond& a, const Eigen::Quaterniond& 
 }
 
 Eigen::Quaterniond exp_so3(const Eigen::Vector3d& rotation_vector_rad) {
-  const double angle_rad = rotation_vector_rad.norm();
-  const double half = 0.5 * angle_rad;
-  // sin(a/2)/a, by its series where the quotient loses its digits
-  const double scale = angle_rad > 1e-6 ? std::sin(half) / angle_rad : 0.5 - angle_rad * angle_rad / 48.0;
+  const double squared_rad2 = rotation_vector_rad.squaredNorm();
+  double cosine = 1.0 - squared_rad2 / 8.0 + squared_rad2 * squared_rad2 / 384.0;
+  double scale = 0.5 - squared_rad2 / 48.0 + squared_rad2 * squared_rad2 / 3840.0;  // sin(a/2) / a
+  if (squared_rad2 > 1e-4) {  // below, the series are exact to the last bit, and need no root
+    const double angle_rad = std::sqrt(squared_rad2);
+    cosine = std::cos(0.5 * angle_rad);
+    scale = std::sin(0.5 * angle_rad) / angle_rad;
+  }
   const Eigen::Vector3d v = scale * rotation_vector_rad;
-  return Eigen::Quaterniond(std::cos(half), v.x(), v.y(), v.z()).normalized();
+  return Eigen::Quaterniond(cosine, v.x(), v.y(), v.z());
 }
 
 Eigen::Vector3d log_so3(const Eigen::Quaterniond& rotation) {

@@ -109,6 +109,15 @@ void visit_settings(Config& config, Visitor& visit) {
   visit.number("scans_before_last", config.scans_before_last, 0, 14, "");
   visit_icp(config.loop_match, visit);
 
+  visit.table("loop_search", "Where the match of a loop starts, when it does not come together straight.");
+  visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1, "from here on no other start is tried");
+  visit.number("turn_step_rad", config.loop_search.turn_step_rad, 0, 3.2,
+               "starts turned by multiples of this");
+  visit.number("turn_steps", config.loop_search.turn_steps, 0, 100, "to each side");
+  visit.number("iterations", config.loop_search.iterations, 1, 10000, "of each such start");
+  visit.number("candidates", config.loop_search.candidates, 1, 100,
+               "scans tried in all, when the nearest is refused");
+
   visit.table("belief", "When a loop is believed before it bends the map.");
   visit.number("minimum_overlap", config.belief.minimum_overlap, 0, 1, "share of the samples with a partner");
   visit.number("maximum_rms_m", config.belief.maximum_rms_m, 0, 1e3, "of the residuals");

@@ -40,6 +40,8 @@ struct LoopSearchConfig {
   double turn_step_rad = 0.14;
   std::uint32_t turn_steps = 2;   ///< to each side; 0: the paper
   std::uint32_t iterations = 12;  ///< of each such start
+  std::uint32_t candidates =
+      3;  ///< when the nearest scan is refused, so many in all: each of an earlier visit
 };
 
 struct MapperConfig {
@@ -210,7 +212,7 @@ class Mapper {
                                    std::span<IcpScan> scans, std::uint32_t& count);
   [[nodiscard]] IcpResult match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                      const Pose& model_from_data);
-  void close_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
+  void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   [[nodiscard]] std::uint64_t now_ns() const { return clock_ == nullptr ? 0 : clock_->now_ns(); }
 
@@ -253,6 +255,7 @@ constexpr MapperConfig MapperConfig::paper() {
   config.edge_uncertainty = {1.0, 1e-6, 1e-7};
   config.trigger.repeat_after_scans = 0;
   config.loop_search.turn_steps = 0;
+  config.loop_search.candidates = 1;
   config.sharing = SharingRule::paper;
   return config;
 }
