@@ -67,8 +67,7 @@ Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, S
   if (block.size() < memory_required(planned)) return nullptr;
   Arena arena(block);
   // The mapper itself lies at the front of its block; memory_required() counts it the same way.
-  void* const place =
-      arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*)).data();
+  void* const place = arena.allocate<std::byte>(sizeof(Mapper)).data();
   Mapper* const mapper = new (place) Mapper(arena, planned);
   if (arena.overflowed()) return nullptr;
   mapper->store_.set_archive(archive);
@@ -263,7 +262,7 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
 
 IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
                              const Pose& model_from_data) {
-  const IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
+  IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
   if (is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap) return straight;
   // The other starts are tried with scan l alone and few iterations; the best of them is matched in full.
   IcpConfig quick = config_.loop_match;

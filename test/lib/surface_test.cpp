@@ -81,9 +81,10 @@ TEST_CASE("normals and roughness are those of a fit in double precision") {
   const SurfaceConfig config;
   std::size_t wrong = 0;
   for (const SurfaceSample& sample : samples_of(*tree.tree, config)) {
-    std::array<Neighbor, 10> found;
-    const std::uint32_t count = tree.tree->nearest(
-        tree.tree->point(sample.index), config.neighbor_radius_m * config.neighbor_radius_m, found);
+    std::array<Neighbor, KdTree::maximum_neighbors> found;
+    const std::uint32_t count = tree.tree->nearest(tree.tree->point(sample.index),
+                                                   config.neighbor_radius_m * config.neighbor_radius_m,
+                                                   std::span(found).first(config.neighbors));
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::uint32_t i = 0; i < count; ++i) mean += vector(tree.tree->point(found[i].index)) / count;
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();

@@ -18,8 +18,10 @@
 namespace alces::test {
 
 struct RegistrationSettings {
-  float cell_size_m = 0.25F;
-  SurfaceConfig surface{.sample_capacity = 4096};
+  // Small cells and surroundings: wider plane fits round the edges off and turn the minimum by 0.2 to 0.3
+  // deg.
+  float cell_size_m = 0.10F;
+  SurfaceConfig surface{.sample_capacity = 8192, .neighbors = 10, .neighbor_radius_m = 0.5F};
   /// One after the other, each from where the one before ended.
   std::vector<IcpConfig> stages = {
       {.maximum_iterations = 60,
@@ -31,7 +33,7 @@ struct RegistrationSettings {
        .robust_scale_m = 0.2F},
       {.maximum_iterations = 60,
        .first_distance_limit_m = 1.0F,
-       .last_distance_limit_m = 0.8F,
+       .last_distance_limit_m = 0.3F,
        .translation_epsilon_m = 0.0005F,
        .rotation_epsilon_rad = 0.00005F,
        .coarse_stride = 1},

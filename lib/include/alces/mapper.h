@@ -279,7 +279,7 @@ constexpr std::size_t Mapper::memory_required(const MapperConfig& config) {
   Arena arena;
   MapperConfig planned = config;
   planned.detector.scan_capacity = config.scan_capacity;
-  arena.allocate<Mapper*>((sizeof(Mapper) + sizeof(Mapper*) - 1) / sizeof(Mapper*));
+  arena.allocate<std::byte>(sizeof(Mapper));
   const Mapper mapper(arena, planned);
   return arena.overflowed() ? SIZE_MAX : arena.used_bytes();
 }
