@@ -13,7 +13,7 @@
 // With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and
 // vertices that are not connected to the loop stay.
 //
-// Cost: O(n) poses beside LOA. Memory: LOA's, and 120 bytes a vertex.
+// Cost: O(n) poses beside LOA. Memory: LOA's, and 96 bytes a vertex.
 #pragma once
 
 #include <cstdint>

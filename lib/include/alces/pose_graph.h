@@ -2,7 +2,7 @@
 // half-edges. Capacity is fixed; inserting is O(1); nothing is ever removed (ELCH needs no removal).
 //
 // Half-edge 2e leaves the edge's `from`, half-edge 2e+1 its `to`: h ^ 1 is the other side of h.
-// Memory: 64 bytes a vertex, 144 bytes an edge.
+// Memory: 72 bytes a vertex, 120 bytes an edge.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // Thins a scan out to one point a cell of a regular grid, through a hash table of fixed size.
 //
 // Cost: two passes over the points, O(1) a point (at most `maximum_probes` table slots are looked at).
-// Memory: 40 bytes a cell of capacity, times two for the table's free half.
+// Memory: 32 bytes a slot, two to four slots a cell of capacity (a power of two), and 4 bytes a cell.
 #pragma once
 
 #include <cstdint>
