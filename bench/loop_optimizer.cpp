@@ -11,9 +11,9 @@
 #include "alces/loop_optimizer.h"
 #include "alces/loop_sharing.h"
 #include "alces/pose_graph.h"
+#include "alces_platform/sim/random.h"
 #include "support.h"
 #include "support/in_block.h"
-#include "town/random.h"
 #ifdef ALCES_HAS_BOOST
 #include "peers/boost_loop_optimizer.h"
 #endif
@@ -36,7 +36,7 @@ class Network {
  public:
   Network(const Size& size, std::uint64_t seed)
       : graph(PoseGraph::Capacity{size.scans, size.scans + size.loops}) {
-    town::Random random(seed);
+    sim::Random random(seed);
     const auto check = [](Status status) {
       if (status != Status::ok) throw std::runtime_error(text(status));
     };

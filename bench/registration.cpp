@@ -12,9 +12,9 @@
 
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
+#include "alces_platform/sim/random.h"
 #include "support.h"
 #include "support/registration.h"
-#include "town/random.h"
 #ifdef ALCES_HAS_PCL
 #include "pcl_match.h"
 #endif
@@ -87,7 +87,7 @@ void measure(const Settings& settings) {
 
   const auto try_all = [&](const Pose& base, std::size_t starts, const std::string& method,
                            const std::string& from, const std::function<void(const Pose&, Tally&)>& attempt) {
-    town::Random random(settings.seed);
+    sim::Random random(settings.seed);
     Tally tally;
     for (std::size_t i = 0; i < starts; ++i) {
       print_progress(i, starts);

@@ -37,8 +37,8 @@ Drive from_folder(const std::string& folder, std::size_t most_scans) {
 }
 
 /// As many rays as bring back about so many points: most of them look into the sky or through windows.
-std::size_t rays_for(const town::DriveSettings& settings, std::size_t returned_points) {
-  const town::Drive drive = town::drive(settings);
+std::size_t rays_for(const sim::DriveSettings& settings, std::size_t returned_points) {
+  const sim::Drive drive = sim::drive(settings);
   std::size_t points = 0;
   std::size_t rays = 0;
   for (std::size_t i = 0; i < drive.size(); i += std::max<std::size_t>(1, drive.size() / 10)) {
@@ -48,9 +48,9 @@ std::size_t rays_for(const town::DriveSettings& settings, std::size_t returned_p
   return returned_points * rays / std::max<std::size_t>(1, points);
 }
 
-Drive from_town(town::DriveSettings settings, std::size_t returned_points) {
+Drive from_town(sim::DriveSettings settings, std::size_t returned_points) {
   settings.scanner.points_per_scan = rays_for(settings, returned_points);
-  const auto town = std::make_shared<town::Drive>(town::drive(settings));
+  const auto town = std::make_shared<sim::Drive>(sim::drive(settings));
   Drive drive;
   drive.size = town->size();
   drive.name = fmt::format("the town, seed {}, {} rays a scan", settings.seed, town->rays());
@@ -86,7 +86,7 @@ void DriveOptions::add_to(CLI::App& app) {
 
 Drive DriveOptions::open() const {
   if (!folder_.empty()) return from_folder(folder_, scans_);
-  town::DriveSettings settings;
+  sim::DriveSettings settings;
   settings.scans = scans_;
   settings.seed = seed_;
   return from_town(settings, returned_points_);

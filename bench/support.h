@@ -13,7 +13,7 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "town/drive.h"
+#include "alces_platform/sim/drive.h"
 
 namespace alces::bench {
 

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "alces/pose.h"
-#include "town/drive.h"
+#include "alces_platform/sim/drive.h"
 
 namespace {
 
@@ -73,8 +73,8 @@ Input from_folder(const std::filesystem::path& folder) {
   return input;
 }
 
-Input from_town(const alces::town::DriveSettings& settings) {
-  const auto drive = std::make_shared<alces::town::Drive>(alces::town::drive(settings));
+Input from_town(const alces::sim::DriveSettings& settings) {
+  const auto drive = std::make_shared<alces::sim::Drive>(alces::sim::drive(settings));
   Input input;
   input.size = drive->size();
   for (std::size_t i = 0; i < input.size; ++i) {
@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   std::size_t stride = 1;
   double voxel_m = 0.10, limit_m = 1.0;
   int iterations = 50;
-  alces::town::DriveSettings settings;
+  alces::sim::DriveSettings settings;
   auto* scans = app.add_option("--scans", settings.scans, "Scans of the drive")->capture_default_str();
   app.add_option("--seed", settings.seed, "Of the town")->capture_default_str();
   app.add_option("--points-per-scan", settings.scanner.points_per_scan, "Of the town's scanner")

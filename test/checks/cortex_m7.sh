@@ -7,4 +7,4 @@ if ! command -v arm-none-eabi-g++ >/dev/null; then
 fi
 cmake -S "$1" --preset cortex-m7 -B "$2"
 cmake --build "$2" --parallel "${ALCES_JOBS:-1}"
-arm-none-eabi-size --totals "$2/lib/libalces.a"
+arm-none-eabi-size --totals "$2/lib/libalces.a" "$2/drivers/libalces_drivers.a"

@@ -71,8 +71,8 @@ def main():
                         continue
                 elif part == "lib" and name not in STANDARD | EIGEN:
                     problem = "lib uses Eigen and the short list of standard headers in includes.py"
-                elif part == "drivers" and name not in STANDARD:
-                    problem = "drivers use the short list of standard headers in includes.py"
+                elif part == "drivers" and name not in STANDARD | EIGEN:
+                    problem = "drivers use Eigen and the short list of standard headers in includes.py"
                 else:
                     continue
                 wrong += 1

@@ -16,9 +16,9 @@ EDGE = re.compile(r'edge: { sourcename: "([^"]+)" targetname: "([^"]+)"')
 BYTES = re.compile(r"(\d+) bytes \(([a-z,]+)\)")
 
 
-def read(folder):
+def read(folders):
     frames, calls, labels, dynamic = {}, {}, {}, set()
-    files = glob.glob(os.path.join(folder, "**", "*.ci"), recursive=True)
+    files = [path for folder in folders for path in glob.glob(os.path.join(folder, "**", "*.ci"), recursive=True)]
     for path in files:
         with open(path, encoding="utf-8") as text:
             for line in text:
@@ -71,13 +71,13 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--limit-frame", type=int, required=True)
     arguments.add_argument("--limit-path", type=int, required=True)
-    arguments.add_argument("folder")
+    arguments.add_argument("folders", nargs="+")
     options = arguments.parse_args()
     sys.setrecursionlimit(100000)
 
-    files, frames, calls, labels, dynamic = read(options.folder)
+    files, frames, calls, labels, dynamic = read(options.folders)
     if not files:
-        print(f"skipped: no call graph in {options.folder} (built by GCC?)")
+        print(f"skipped: no call graph in {' '.join(options.folders)} (built by GCC?)")
         return 77
     depth, recursive = deepest(frames, calls)
 

@@ -11,15 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "alces_platform/sim/random.h"
 #include "support/in_block.h"
 #include "support/plain_nearest.h"
-#include "town/random.h"
 
 using namespace alces;
+using alces::sim::Random;
 using alces::test::InBlock;
 using alces::test::plain_nearest;
 using alces::test::plain_squared_m2;
-using alces::town::Random;
 
 namespace {
 

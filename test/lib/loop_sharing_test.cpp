@@ -11,7 +11,7 @@
 
 using namespace alces;
 using namespace alces::test;
-using alces::town::Random;
+using alces::sim::Random;
 
 namespace {
 

@@ -62,7 +62,7 @@ struct Drive {
 Scene block_of_houses() {
   Scene scene;
   scene.rectangle({-30, -30, 0}, {60, 0, 0}, {0, 60, 0});
-  town::Random random(5);
+  sim::Random random(5);
   for (int side = 0; side < 4; ++side) {
     for (double along = -22; along < 18;) {
       const double width = random.uniform(3, 6);

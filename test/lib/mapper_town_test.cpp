@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "alces/mapper.h"
+#include "alces_platform/sim/drive.h"
 #include "support/in_block.h"
 #include "support/plain_scene.h"
-#include "town/drive.h"
 
 using namespace alces;
 using namespace alces::test;
@@ -21,8 +21,8 @@ MapperConfig config_for(std::size_t scans) {
   return config;
 }
 
-town::DriveSettings settings_for(std::size_t scans, std::uint64_t seed, std::size_t points_per_scan) {
-  town::DriveSettings settings;
+sim::DriveSettings settings_for(std::size_t scans, std::uint64_t seed, std::size_t points_per_scan) {
+  sim::DriveSettings settings;
   settings.scans = scans;
   settings.seed = seed;
   settings.scanner.points_per_scan = points_per_scan;
@@ -43,7 +43,7 @@ class Bench {
   Block block_;
 };
 
-void drive_through(const town::Drive& drive, std::size_t begin, std::size_t end, std::size_t every,
+void drive_through(const sim::Drive& drive, std::size_t begin, std::size_t end, std::size_t every,
                    std::initializer_list<Mapper*> mappers) {
   std::vector<Point> points;
   for (std::size_t i = begin; i < end; i += every) {
@@ -56,7 +56,7 @@ void drive_through(const town::Drive& drive, std::size_t begin, std::size_t end,
   }
 }
 
-double mean_error_m(const Mapper& mapper, const town::Drive& drive) {
+double mean_error_m(const Mapper& mapper, const sim::Drive& drive) {
   double sum = 0;
   for (std::uint32_t i = 0; i < mapper.scan_count(); ++i) {
     sum += distance_m(mapper.graph().poses()[i], drive.truth(i));
@@ -67,7 +67,7 @@ double mean_error_m(const Mapper& mapper, const town::Drive& drive) {
 }  // namespace
 
 TEST_CASE("closing the loops of a drive through the town brings the map nearer to the truth") {
-  const town::Drive drive = town::drive(settings_for(115, 1, 20000));
+  const sim::Drive drive = sim::drive(settings_for(115, 1, 20000));
   const MapperConfig config = config_for(drive.size());
   MapperConfig open = config;
   open.close_loops = false;
@@ -93,7 +93,7 @@ TEST_CASE("closing the loops of a drive through the town brings the map nearer t
 }
 
 TEST_CASE("a loop between two places that only look alike is refused with a reason") {
-  const town::LookAlike alike = town::look_alike_drive(4, settings_for(0, 4, 12000));
+  const sim::LookAlike alike = sim::look_alike_drive(4, settings_for(0, 4, 12000));
   constexpr std::size_t every = 2;  // scans, for time's sake
   const std::size_t begin = alike.first - 4 * every;
   const auto second = static_cast<std::uint32_t>((alike.second - begin) / every);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "alces/mapper.h"
-#include "town/drive.h"
+#include "alces_platform/sim/drive.h"
 
 namespace {
 
@@ -93,7 +93,7 @@ constexpr MapperConfig config_with(SharingRule rule, IcpMetric metric) {
 alignas(Arena::alignment)
     std::byte block[Mapper::memory_required(config_with(SharingRule::trails, IcpMetric::surface))];
 
-void map(const town::Drive& drive, SharingRule rule, IcpMetric metric) {
+void map(const sim::Drive& drive, SharingRule rule, IcpMetric metric) {
   Status status = Status::bad_config;
   is_armed = true;
   Mapper* const mapper = Mapper::create(block, config_with(rule, metric), status);
@@ -135,10 +135,10 @@ int main() {
   expect(allocations > 0, "the trap springs");
   allocations = 0;
 
-  town::DriveSettings settings;
+  sim::DriveSettings settings;
   settings.scans = scans;
   settings.scanner.points_per_scan = 6000;
-  const town::Drive drive = town::drive(settings);
+  const sim::Drive drive = sim::drive(settings);
   map(drive, SharingRule::trails, IcpMetric::surface);
   map(drive, SharingRule::paper, IcpMetric::point_to_point);
   return failures == 0 ? 0 : 1;

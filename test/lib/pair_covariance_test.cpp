@@ -9,7 +9,7 @@
 
 using namespace alces;
 using namespace alces::test;
-using alces::town::Random;
+using alces::sim::Random;
 
 namespace {
 

@@ -235,7 +235,7 @@ TEST_CASE("an archive that hands back rubbish is noticed or harmless, and the ne
   std::memcpy(archive.records[0].data() + 24 + 6 * all[0].size(), &no_such_point, 4);
   CHECK(store->load(0, stored) == Status::archive_read_failed);
 
-  town::Random random(1);
+  sim::Random random(1);
   for (int round = 0; round < 200; ++round) {
     archive.records[0] = good;
     for (int flips = 0; flips < 20; ++flips) {

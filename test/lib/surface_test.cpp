@@ -6,12 +6,12 @@
 #include <cmath>
 #include <vector>
 
+#include "alces_platform/sim/random.h"
 #include "support/in_block.h"
-#include "town/random.h"
 
 using namespace alces;
+using alces::sim::Random;
 using alces::test::InBlock;
-using alces::town::Random;
 
 namespace {
 

@@ -7,10 +7,10 @@
 
 #include "alces/symmetric_eigen.h"
 #include "alces/symmetric_solve.h"
-#include "town/random.h"
+#include "alces_platform/sim/random.h"
 
 using namespace alces;
-using alces::town::Random;
+using alces::sim::Random;
 
 namespace {
 

@@ -7,15 +7,15 @@
 #include <limits>
 #include <vector>
 
+#include "alces_platform/sim/random.h"
 #include "support/in_block.h"
 #include "support/plain_voxel_grid.h"
-#include "town/random.h"
 
 using namespace alces;
+using alces::sim::Random;
 using alces::test::InBlock;
 using alces::test::plain_reduce;
 using alces::test::PlainCell;
-using alces::town::Random;
 
 namespace {
 

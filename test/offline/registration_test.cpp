@@ -8,8 +8,8 @@
 
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
+#include "alces_platform/sim/random.h"
 #include "temporary_folder.h"
-#include "town/random.h"
 
 using namespace alces;
 
@@ -39,7 +39,7 @@ TEST_CASE("a real pair is registered from identity and from at least 95 % of 200
 
   CHECK(has_arrived(registration.match(Pose{}).model_from_data, truth));
 
-  town::Random random(1);
+  sim::Random random(1);
   int arrived = 0;
   for (int i = 0; i < 200; ++i) {
     const Pose start = test::random_offset(random, 1.0, 10.0);

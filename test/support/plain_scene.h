@@ -9,7 +9,7 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "town/random.h"
+#include "alces_platform/sim/random.h"
 
 namespace alces::test {
 
@@ -61,7 +61,7 @@ class Scene {
   /// `count` points, fewer if little lies in reach, in the body frame.
   [[nodiscard]] std::vector<Point> scan(const Pose& map_from_body, std::size_t count, double reach_m,
                                         double noise_m, std::uint64_t seed) const {
-    town::Random random(seed);
+    sim::Random random(seed);
     const Pose body_from_map = map_from_body.inverse();
     std::vector<double> up_to;  // cumulated area
     double area_m2 = 0;
@@ -108,7 +108,7 @@ inline Scene room() {
 inline Scene street() {
   Scene scene;
   scene.rectangle({-30, -12, 0}, {60, 0, 0}, {0, 24, 0});
-  town::Random random(77);
+  sim::Random random(77);
   for (const double side : {-1.0, 1.0}) {
     for (double x = -30; x < 28;) {
       const double width = random.uniform(5, 9);

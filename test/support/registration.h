@@ -12,8 +12,8 @@
 #include "alces/kd_tree.h"
 #include "alces/surface.h"
 #include "alces/voxel_grid.h"
+#include "alces_platform/sim/random.h"
 #include "support/in_block.h"
-#include "town/random.h"
 
 namespace alces::test {
 
@@ -96,7 +96,7 @@ class Registration {
 };
 
 /// In any direction up to `most_m`, about any axis up to `most_deg`.
-inline Pose random_offset(town::Random& random, double most_m, double most_deg) {
+inline Pose random_offset(sim::Random& random, double most_m, double most_deg) {
   const auto direction = [&] {
     const double x = random.normal();
     const double y = random.normal();

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <string>
 
-#include "drive.h"
+#include "alces_platform/sim/drive.h"
 
 namespace {
 
@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Makes a synthetic drive through a procedural town: scans of a rotating 2D laser scanner, odometry, "
       "truth");
-  town::DriveSettings settings;
+  sim::DriveSettings settings;
   std::filesystem::path folder;
   double noise_mm = 1000 * settings.scanner.noise_m;
   bool look_alike = false;
@@ -70,9 +70,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "alces_town: cannot make the folder {}: {}\n", folder.string(), error.message());
     return 3;
   }
-  town::LookAlike alike{look_alike ? town::look_alike_drive(settings.seed, settings)
-                                   : town::LookAlike{town::drive(settings), 0, 0, {}}};
-  const town::Drive& drive = alike.drive;
+  sim::LookAlike alike{look_alike ? sim::look_alike_drive(settings.seed, settings)
+                                  : sim::LookAlike{sim::drive(settings), 0, 0, {}}};
+  const sim::Drive& drive = alike.drive;
   if (look_alike) fmt::print("scans {} and {} look alike\n", alike.first, alike.second);
 
   bool good = write_tum(folder / "truth.tum", drive.size(),

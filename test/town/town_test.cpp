@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstring>
 
-#include "town/drive.h"
+#include "alces_platform/sim/drive.h"
 
 using namespace alces;
-using town::Drive;
-using town::DriveSettings;
+using sim::Drive;
+using sim::DriveSettings;
 
 namespace {
 
@@ -78,9 +78,9 @@ std::vector<double> plane_residuals(const std::vector<Point>& a, const std::vect
 }  // namespace
 
 TEST_CASE("a drive is a function of its settings") {
-  const Drive one = town::drive(small_drive());
-  const Drive again = town::drive(small_drive());
-  const Drive other = town::drive(small_drive(2));
+  const Drive one = sim::drive(small_drive());
+  const Drive again = sim::drive(small_drive());
+  const Drive other = sim::drive(small_drive(2));
   REQUIRE(one.size() == 60);
   for (const std::size_t i : {std::size_t{41}, std::size_t{0}, std::size_t{17}}) {
     CHECK(same(one.points(i), again.points(i)));
@@ -93,7 +93,7 @@ TEST_CASE("a drive is a function of its settings") {
 TEST_CASE("truth and odometry start at the identity; the odometry is planar and drifts") {
   DriveSettings settings;
   settings.scans = 300;
-  const Drive drive = town::drive(settings);
+  const Drive drive = sim::drive(settings);
   CHECK(drive.truth(0).translation_m.norm() == 0);
   CHECK(angle_between_rad(drive.truth(0).rotation, Eigen::Quaterniond::Identity()) < 1e-12);
   CHECK(drive.odometry(0).translation_m.norm() == 0);
@@ -123,7 +123,7 @@ TEST_CASE("drives of any length come back to where they were") {
       DriveSettings settings;
       settings.seed = seed;
       settings.scans = scans;
-      const Drive drive = town::drive(settings);
+      const Drive drive = sim::drive(settings);
       CAPTURE(seed, scans, drive.tour_length_m());
       REQUIRE(drive.size() == scans);
       CHECK(revisits(drive) >= (scans >= 924 ? 5u : 1u));
@@ -138,7 +138,7 @@ TEST_CASE("drives of any length come back to where they were") {
 TEST_CASE("ranges are what the scanner can measure, and nothing stands in the vehicle's way") {
   DriveSettings settings;
   settings.scans = 924;
-  const Drive drive = town::drive(settings);
+  const Drive drive = sim::drive(settings);
   std::vector<Point> points;
   for (std::size_t i = 0; i < drive.size(); i += 33) {
     drive.points(i, points);
@@ -158,7 +158,7 @@ TEST_CASE("ranges are what the scanner can measure, and nothing stands in the ve
 }
 
 TEST_CASE("scans agree at their true poses: walls and ground within the noise") {
-  const Drive drive = town::drive(small_drive());
+  const Drive drive = sim::drive(small_drive());
   for (const std::size_t i : {std::size_t{5}, std::size_t{25}, std::size_t{40}}) {
     std::vector<double> residuals =
         plane_residuals(drive.points(i), drive.points(i + 1), drive.truth(i).inverse() * drive.truth(i + 1));
@@ -168,7 +168,7 @@ TEST_CASE("scans agree at their true poses: walls and ground within the noise") 
 }
 
 TEST_CASE("two places that look alike, far from each other") {
-  const town::LookAlike alike = town::look_alike_drive(4);
+  const sim::LookAlike alike = sim::look_alike_drive(4);
   const Drive& drive = alike.drive;
   const Pose& first = drive.truth(alike.first);
   const Pose& second = drive.truth(alike.second);
@@ -183,7 +183,7 @@ TEST_CASE("two places that look alike, far from each other") {
 }
 
 TEST_CASE("a scan takes no longer than a few hundredths of a second") {
-  const Drive drive = town::drive(small_drive());
+  const Drive drive = sim::drive(small_drive());
   std::vector<Point> points;
   drive.points(0, points);
   std::vector<double> seconds;

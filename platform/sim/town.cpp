@@ -1,10 +1,10 @@
-#include "town.h"
+#include "alces_platform/sim/town.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-namespace alces::town {
+namespace alces::sim {
 
 using Eigen::Vector2d;
 using Eigen::Vector3f;
@@ -468,4 +468,4 @@ void Town::build_car(const Frame& centre, Random& random) {
     scene_.add_box(centre, {x - 0.3F, -width + 0.02F, -0.1F}, {x + 0.3F, width - 0.02F, 0.5F}, 0.1F);
 }
 
-}  // namespace alces::town
+}  // namespace alces::sim

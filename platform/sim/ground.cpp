@@ -1,10 +1,10 @@
-#include "ground.h"
+#include "alces_platform/sim/ground.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace alces::town {
+namespace alces::sim {
 
 Ground::Ground(const Eigen::Vector2d& low, const Eigen::Vector2d& high,
                const std::function<double(double, double)>& height_m)
@@ -106,4 +106,4 @@ float Ground::cast(const Eigen::Vector3f& origin, const Eigen::Vector3f& directi
   return limit_m;
 }
 
-}  // namespace alces::town
+}  // namespace alces::sim

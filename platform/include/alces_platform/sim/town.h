@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "random.h"
-#include "scene.h"
+#include "alces_platform/sim/random.h"
+#include "alces_platform/sim/scene.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 /// Where the streets run in the plan, and what makes one block differ from another.
 struct Layout {
@@ -73,4 +73,4 @@ class Town {
 constexpr double footway_m = 2.4;
 constexpr double curb_m = 0.12;
 
-}  // namespace alces::town
+}  // namespace alces::sim

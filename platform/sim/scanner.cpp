@@ -1,12 +1,12 @@
-#include "scanner.h"
+#include "alces_platform/sim/scanner.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "random.h"
+#include "alces_platform/sim/random.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 Scanner::Scanner(const ScannerSettings& settings, std::uint64_t seed) : settings_(settings), seed_(seed) {
   profiles_ = std::max<std::size_t>(1, (settings.points_per_scan + rays_per_profile / 2) / rays_per_profile);
@@ -67,4 +67,4 @@ void Scanner::scan(const Scene& scene, const Pose& town_from_body, std::size_t s
   }
 }
 
-}  // namespace alces::town
+}  // namespace alces::sim

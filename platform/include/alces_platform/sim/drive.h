@@ -10,11 +10,11 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "route.h"
-#include "scanner.h"
-#include "town.h"
+#include "alces_platform/sim/route.h"
+#include "alces_platform/sim/scanner.h"
+#include "alces_platform/sim/town.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 /// Wheels and a gyro: planar, and wrong like a real one.
 struct OdometrySettings {
@@ -71,4 +71,4 @@ struct LookAlike {
 };
 [[nodiscard]] LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings = {});
 
-}  // namespace alces::town
+}  // namespace alces::sim

@@ -1,12 +1,12 @@
-#include "drive.h"
+#include "alces_platform/sim/drive.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "random.h"
+#include "alces_platform/sim/random.h"
 
-namespace alces::town {
+namespace alces::sim {
 namespace {
 
 constexpr double deg = std::numbers::pi / 180.0;
@@ -103,4 +103,4 @@ LookAlike look_alike_drive(std::uint64_t seed, const DriveSettings& settings) {
   return result;
 }
 
-}  // namespace alces::town
+}  // namespace alces::sim

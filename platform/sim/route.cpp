@@ -1,12 +1,12 @@
-#include "route.h"
+#include "alces_platform/sim/route.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "random.h"
+#include "alces_platform/sim/random.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -177,4 +177,4 @@ Route::Route(const Tour& tour, const Town& town, std::size_t scans, std::uint64_
   }
 }
 
-}  // namespace alces::town
+}  // namespace alces::sim

@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-namespace alces::town {
+namespace alces::sim {
 
 class Ground {
  public:
@@ -42,4 +42,4 @@ class Ground {
   std::vector<float> tile_tops_;  ///< highest sample of each tile, its border included
 };
 
-}  // namespace alces::town
+}  // namespace alces::sim

@@ -7,9 +7,9 @@
 #include <limits>
 #include <vector>
 
-#include "ground.h"
+#include "alces_platform/sim/ground.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 enum class Surface : std::uint8_t { none, ground, wall, glass, leaf, paint };
 
@@ -144,4 +144,4 @@ class Scene {
   std::vector<Node> nodes_;
 };
 
-}  // namespace alces::town
+}  // namespace alces::sim

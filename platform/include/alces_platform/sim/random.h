@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace alces::town {
+namespace alces::sim {
 
 /// A good 64-bit hash of a 64-bit number (the finaliser of splitmix64).
 [[nodiscard]] constexpr std::uint64_t mix(std::uint64_t x) {
@@ -53,4 +53,4 @@ class Random {
   std::uint64_t state_;
 };
 
-}  // namespace alces::town
+}  // namespace alces::sim

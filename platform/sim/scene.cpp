@@ -1,11 +1,11 @@
-#include "scene.h"
+#include "alces_platform/sim/scene.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "random.h"
+#include "alces_platform/sim/random.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 using Eigen::Vector3f;
 
@@ -379,4 +379,4 @@ Hit Scene::cast(const Vector3f& origin, const Vector3f& direction, float limit_m
   return nearest;
 }
 
-}  // namespace alces::town
+}  // namespace alces::sim

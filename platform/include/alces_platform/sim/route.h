@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "alces/pose.h"
-#include "town.h"
+#include "alces_platform/sim/town.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 /// A tour over crossings of a layout's street lines, (column line, row line) one after the other, closed.
 struct Tour {
@@ -40,4 +40,4 @@ class Route {
   double length_m_ = 0;
 };
 
-}  // namespace alces::town
+}  // namespace alces::sim

@@ -8,9 +8,9 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "scene.h"
+#include "alces_platform/sim/scene.h"
 
-namespace alces::town {
+namespace alces::sim {
 
 struct ScannerSettings {
   /// Rays a scan; rounded to whole profiles of 181. What looks into the sky or into windows comes back as
@@ -45,4 +45,4 @@ class Scanner {
   std::vector<Eigen::Vector3d> directions_;  ///< in the body frame
 };
 
-}  // namespace alces::town
+}  // namespace alces::sim

@@ -1,0 +1,51 @@
+// What enters from the world, with the time it happened: the one stream that drivers are fed from, live, replayed or
+// simulated, and that a recording keeps. The order of events is the order in which they were handed on; their stamps
+// may run slightly against it (a CAN frame's stamp is the kernel's).
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "alces_drivers/can_frame.h"
+#include "alces_drivers/edge.h"
+
+namespace alces {
+
+enum class EventKind : std::uint8_t {
+  tick,        ///< time passes; nothing else happened
+  can_frame,   ///< received on CAN bus `channel`
+  can_sent,    ///< we sent it; recorded, ignored by drivers
+  can_link,    ///< the bus came up or went down (interface down, bus-off): is_up
+  edge,        ///< on a GPIO line
+  edges_lost,  ///< the kernel's buffer overflowed: `lost_count` edges are missing (0: not known how many)
+  bytes,       ///< received on byte channel `channel` (laser a, laser b, gps)
+  bytes_sent,  ///< we sent them; recorded, ignored by drivers
+  byte_link,   ///< a serial line or connection came up or went down: is_up
+};
+
+/// Byte channels.
+inline constexpr std::uint8_t laser_a_channel = 0;
+inline constexpr std::uint8_t laser_b_channel = 1;
+inline constexpr std::uint8_t gps_channel = 2;
+inline constexpr std::uint8_t byte_channel_count = 3;
+
+struct Event {
+  std::int64_t stamp_ns = 0;
+  EventKind kind = EventKind::tick;
+  std::uint8_t channel = 0;
+  bool is_up = false;
+  std::uint32_t lost_count = 0;
+  Edge edge;
+  CanFrame frame;
+  std::span<const std::uint8_t> bytes;  ///< the caller's, valid during the call
+};
+
+class EventSink {
+ public:
+  virtual void on_event(const Event& event) = 0;
+
+ protected:
+  ~EventSink() = default;
+};
+
+}  // namespace alces

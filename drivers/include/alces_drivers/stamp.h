@@ -1,0 +1,20 @@
+// Time inside Alces: nanoseconds of CLOCK_MONOTONIC in a signed 64-bit number, always called `stamp_ns` or `..._ns`.
+// Other clocks are converted where they enter, in platform/. A driver never reads a clock: it is told.
+#pragma once
+
+#include <cstdint>
+
+namespace alces {
+
+inline constexpr std::int64_t ns_per_s = 1'000'000'000;
+inline constexpr std::int64_t ns_per_ms = 1'000'000;
+inline constexpr std::int64_t ns_per_us = 1'000;
+
+/// "Never": before every stamp.
+inline constexpr std::int64_t no_stamp_ns = INT64_MIN;
+
+[[nodiscard]] constexpr double seconds(std::int64_t duration_ns) {
+  return static_cast<double>(duration_ns) * 1e-9;
+}
+
+}  // namespace alces
