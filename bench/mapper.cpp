@@ -55,15 +55,12 @@ class Run {
     points_in.add(report.points.points);
     points_kept.add(report.points.kept);
     iterations.add(report.iterations);
-    if (report.loop_offered) loop_ms.add(in_ms(t.loop_match_ns + t.loop_share_ns));
-    if (report.loop_offered && report.loop.verdict == LoopVerdict::closed) {
-      closed_ms.add(in_ms(t.loop_match_ns + t.loop_share_ns));
-      share_ms.add(in_ms(t.loop_share_ns));
-    }
+    if (report.loop_offered) add_loop(report.loop, t);
   }
   void finish() {
     LoopReport loop;
-    (void)mapper_->finish(loop);
+    StageTimes times;
+    if (mapper_->finish(loop, &times)) add_loop(loop, times);
   }
 
   [[nodiscard]] const Mapper& mapper() const { return *mapper_; }
@@ -82,6 +79,12 @@ class Run {
   Samples share_ms;
 
  private:
+  void add_loop(const LoopReport& loop, const StageTimes& times) {
+    loop_ms.add(in_ms(times.loop_match_ns + times.loop_share_ns));
+    if (loop.verdict != LoopVerdict::closed) return;
+    closed_ms.add(in_ms(times.loop_match_ns + times.loop_share_ns));
+    share_ms.add(in_ms(times.loop_share_ns));
+  }
   static double in_ms(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
   offline::MemoryPlan plan_;

@@ -15,8 +15,9 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
 }
 
 // A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by
-// tau_j, variance diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about its own place
-// c_j. With the lever b_j = end - c_j the most likely parts are
+// tau_j, variance diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about c_j, the place
+// of the scan that was matched: its label already says how sure that place is, the match's own lever
+// included. With the lever b_j = end - c_j the most likely parts are
 //   tau_j = diag(x, y, z)_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
 // where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
 struct ChainCovariance {
@@ -62,13 +63,11 @@ double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l)
   const std::span<const Pose> poses = graph.poses();
   const LoopOptimizer::Trail& trail = optimizer_.trails().front();  // the shortest way between f and l
   ChainCovariance covariance;
-  // The map is known from f: levers reach from each edge to l, whichever way the trail runs.
-  const Eigen::Vector3d end = poses[l_].translation_m;
-  std::uint32_t at = trail.start;
+  const Eigen::Vector3d end =
+      poses[l_].translation_m;  // the map is known from f, whichever way the trail runs
   for (const LoopOptimizer::TrailStep& step : optimizer_.steps(trail)) {
-    const std::uint32_t nearer_f = trail.start == f_ ? at : step.vertex;
-    covariance.add(graph.edges()[step.half_edge / 2].variance, end - poses[nearer_f].translation_m);
-    at = step.vertex;
+    const Edge& edge = graph.edges()[step.half_edge / 2];
+    covariance.add(edge.variance, end - poses[edge.to].translation_m);
   }
   const Vector6d offset = offset_between(poses[l_], map_from_l);
   return offset.dot(covariance.solve(offset));
@@ -135,19 +134,21 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
     if (offset.cwiseAbs().maxCoeff() < good_enough) break;
     const Eigen::Vector3d end = bent_[trail.end].translation_m;
     ChainCovariance covariance;
-    std::uint32_t at = trail.start;
     for (const LoopOptimizer::TrailStep& step : steps) {
-      covariance.add(graph.edges()[step.half_edge / 2].variance, end - bent_[at].translation_m);
-      at = step.vertex;
+      const Edge& edge = graph.edges()[step.half_edge / 2];
+      covariance.add(edge.variance, end - bent_[edge.to].translation_m);
     }
     const Vector6d lambda = covariance.solve(offset);
     const Eigen::Vector3d lambda_t = lambda.head<3>();
     const Eigen::Vector3d lambda_r = lambda.tail<3>();
 
     Pose follow;  // what the edges so far did to everything after them
-    Eigen::Vector3d place = bent_[trail.start].translation_m;  // of the edge, before this round
+    Eigen::Vector3d from = bent_[trail.start].translation_m;  // where the step begins, before this round
     for (const LoopOptimizer::TrailStep& step : steps) {
-      const EdgeVariance& variance = graph.edges()[step.half_edge / 2].variance;
+      const Edge& edge = graph.edges()[step.half_edge / 2];
+      const EdgeVariance& variance = edge.variance;
+      const Eigen::Vector3d to = bent_[step.vertex].translation_m;
+      const Eigen::Vector3d place = edge.to == step.vertex ? to : from;
       const Eigen::Vector3d tau_m =
           Eigen::Vector3d(variance.x_m2, variance.y_m2, variance.z_m2).cwiseProduct(lambda_t);
       const Eigen::Vector3d theta_rad =
@@ -156,7 +157,7 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
       const Eigen::Quaterniond turn = exp_so3(theta_rad);
       follow.translation_m = turn * (follow.translation_m - pivot) + pivot + tau_m;
       follow.rotation = (turn * follow.rotation).normalized();
-      place = bent_[step.vertex].translation_m;
+      from = to;
       bent_[step.vertex] = follow * bent_[step.vertex];
     }
   }

@@ -214,11 +214,12 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
   return reduced;
 }
 
-bool Mapper::finish(LoopReport& loop) {
+bool Mapper::finish(LoopReport& loop, StageTimes* times) {
   const std::optional<LoopTrigger::Loop> candidate = trigger_.finish();
   if (!candidate) return false;
-  StageTimes times;
-  close_loop(*candidate, config_.loop_search.candidates, loop, times);
+  StageTimes taken;
+  close_loop(*candidate, config_.loop_search.candidates, loop, taken);
+  if (times != nullptr) *times = taken;
   return true;
 }
 
@@ -324,7 +325,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
     loop.verdict = LoopVerdict::refused_residual;
     return;
   }
-  if (graph_.edge_count() == graph_.edge_capacity()) {
+  if (counters_.loops_closed == config_.loop_capacity) {
     loop.verdict = LoopVerdict::refused_capacity;
     return;
   }

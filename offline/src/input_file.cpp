@@ -45,6 +45,8 @@ void read_file(const std::filesystem::path& file, std::string& bytes) {
   struct stat status {};
   if (::fstat(descriptor.get(), &status) != 0) fail(file, errno);
   if (S_ISDIR(status.st_mode)) throw InputError(file, "is a folder, a file is needed here");
+  if (S_ISCHR(status.st_mode) || S_ISBLK(status.st_mode))
+    throw InputError(file, "is a device, a file or a pipe is needed here");
   // one byte more than its size, so that the read that sees the end needs no second round
   bytes.resize(static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)) + 1);
   std::size_t filled = 0;

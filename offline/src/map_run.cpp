@@ -65,7 +65,11 @@ void MapRun::run(const Callbacks& callbacks) {
   }
   const Clock::time_point finish_begin = Clock::now();
   LoopReport loop;
-  (void)mapper_->finish(loop);  // listed in loops()
+  StageTimes finish_times;
+  if (mapper_->finish(loop, &finish_times) && !mapped_.empty()) {  // listed in loops(); the last scan's time
+    mapped_.back().times.loop_match_ns += finish_times.loop_match_ns;
+    mapped_.back().times.loop_share_ns += finish_times.loop_share_ns;
+  }
   mapping_s_ += seconds_since(finish_begin);
   wall_s_ = seconds_since(begin);
 }

@@ -52,7 +52,7 @@ struct PlyMapWriter::Impl {
         ++not_finite;
         continue;
       }
-      const Eigen::Vector3d in_body(points[i].x, points[i].y, points[i].z);
+      const Eigen::Vector3d in_body = Eigen::Vector3f(points[i].x, points[i].y, points[i].z).cast<double>();
       const Eigen::Vector3f p = (rotation * in_body + map_from_body.translation_m).cast<float>();
       std::memcpy(at, p.data(), 12);
       std::memcpy(at + 12, tail_of(i), tail_bytes);

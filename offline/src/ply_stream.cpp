@@ -4,13 +4,13 @@
 #include <array>
 #include <bit>
 #include <fstream>
-#include <optional>
-#include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "alces_offline/binary_number.h"
 #include "alces_offline/error.h"
+#include "ply_header.h"
 
 namespace alces::offline {
 namespace {
@@ -20,69 +20,39 @@ struct Field {
   NumberType type = NumberType::f32;
 };
 
-struct Header {
+struct Vertices {
   std::endian order = std::endian::little;
-  std::uint64_t vertices = 0;
-  std::size_t vertex_bytes = 0;
-  std::array<std::optional<Field>, 3> xyz;
+  std::uint64_t count = 0;
+  std::size_t bytes = 0;  ///< of one
+  std::array<Field, 3> xyz;
 };
 
-std::optional<NumberType> number_type(const std::string& name) {
-  if (name == "char" || name == "int8") return NumberType::i8;
-  if (name == "uchar" || name == "uint8") return NumberType::u8;
-  if (name == "short" || name == "int16") return NumberType::i16;
-  if (name == "ushort" || name == "uint16") return NumberType::u16;
-  if (name == "int" || name == "int32") return NumberType::i32;
-  if (name == "uint" || name == "uint32") return NumberType::u32;
-  if (name == "float" || name == "float32") return NumberType::f32;
-  if (name == "double" || name == "float64") return NumberType::f64;
-  return std::nullopt;
-}
+// Leaves the stream where the vertices begin.
+Vertices find_vertices(const std::filesystem::path& file, std::istream& stream) {
+  std::string start(std::size_t{64} << 10, '\0');  // far more than a header takes
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(stream.gcount()));
+  stream.clear();
+  const PlyHeader header = read_ply_header(file, start);
+  stream.seekg(static_cast<std::streamoff>(header.end));
 
-Header read_header(const std::filesystem::path& file, std::istream& stream) {
-  Header header;
-  std::string line;
-  std::size_t line_number = 0;
-  std::size_t elements = 0;
-  const auto fail = [&](const std::string& sentence) { throw InputError(file, line_number, sentence); };
-  while (std::getline(stream, line)) {
-    if (++line_number > 1000) fail("no end_header in 1000 lines; is this a PLY file?");
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line_number == 1 && line != "ply") fail("does not begin with \"ply\"");
-    std::istringstream words(line);
-    std::string word;
-    std::string type;
-    std::string name;
-    words >> word;
-    if (word == "end_header") {
-      if (!header.xyz[0] || !header.xyz[1] || !header.xyz[2]) fail("the vertices have no x, y and z");
-      return header;
+  if (header.encoding == PlyEncoding::ascii) throw InputError(file, "is ascii; a map's PLY file is binary");
+  if (header.elements.empty() || header.elements[0].name != "vertex" || header.elements[0].has_lists())
+    throw InputError(file, "does not begin with plain vertices; write the map again");
+  Vertices vertices;
+  vertices.order = header.encoding == PlyEncoding::big_endian ? std::endian::big : std::endian::little;
+  vertices.count = header.elements[0].count;
+  std::array<bool, 3> found{};
+  for (const PlyProperty& property : header.elements[0].properties) {
+    const std::size_t axis = property.name.size() == 1 ? std::string_view("xyz").find(property.name) : 3;
+    if (axis < 3) {
+      vertices.xyz.at(axis) = {vertices.bytes, property.type};
+      found.at(axis) = true;
     }
-    if (word == "format") {
-      words >> type;
-      if (type == "binary_big_endian") {
-        header.order = std::endian::big;
-      } else if (type != "binary_little_endian") {
-        fail("format " + type + " is not supported for maps, only binary");
-      }
-    } else if (word == "element") {
-      ++elements;
-      words >> name;
-      if (elements == 1 && (name != "vertex" || !(words >> header.vertices)))
-        fail("the first element is no vertex");
-    } else if (word == "property" && elements == 1) {
-      words >> type >> name;
-      const auto number = number_type(type);
-      if (!number) fail("a vertex property of type " + type + " is not supported");
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (name == std::string(1, static_cast<char>('x' + axis)))
-          header.xyz[axis] = Field{header.vertex_bytes, *number};
-      }
-      header.vertex_bytes += size_of(*number);
-    }
+    vertices.bytes += size_of(property.type);
   }
-  fail("ends within its header");
-  return header;
+  if (!found[0] || !found[1] || !found[2]) throw InputError(file, "its vertices have no x, y and z");
+  return vertices;
 }
 
 }  // namespace
@@ -91,30 +61,30 @@ std::uint64_t stream_ply(const std::filesystem::path& file,
                          const std::function<void(std::span<const Point>)>& take) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file, "cannot be opened for reading");
-  const Header header = read_header(file, stream);
+  const Vertices vertices = find_vertices(file, stream);
   constexpr std::uint64_t piece = 65536;
-  std::vector<char> bytes(static_cast<std::size_t>(std::min(piece, header.vertices)) * header.vertex_bytes);
+  std::vector<char> bytes(static_cast<std::size_t>(std::min(piece, vertices.count)) * vertices.bytes);
   std::vector<Point> points;
-  for (std::uint64_t begin = 0; begin < header.vertices; begin += piece) {
-    const auto count = static_cast<std::size_t>(std::min(piece, header.vertices - begin));
-    const std::size_t size = count * header.vertex_bytes;
+  for (std::uint64_t begin = 0; begin < vertices.count; begin += piece) {
+    const auto count = static_cast<std::size_t>(std::min(piece, vertices.count - begin));
+    const std::size_t size = count * vertices.bytes;
     stream.read(bytes.data(), static_cast<std::streamsize>(size));
     if (static_cast<std::size_t>(stream.gcount()) != size) {
       throw InputError(file,
-                       "ends before its " + std::to_string(header.vertices) + " vertices; write it again");
+                       "ends before its " + std::to_string(vertices.count) + " vertices; write it again");
     }
     points.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
-      const char* vertex = bytes.data() + i * header.vertex_bytes;
+      const char* vertex = bytes.data() + i * vertices.bytes;
       const auto axis = [&](std::size_t a) {
         return static_cast<float>(
-            load_number(vertex + header.xyz[a]->offset, header.xyz[a]->type, header.order));
+            load_number(vertex + vertices.xyz.at(a).offset, vertices.xyz.at(a).type, vertices.order));
       };
       points[i] = {axis(0), axis(1), axis(2)};
     }
     take(points);
   }
-  return header.vertices;
+  return vertices.count;
 }
 
 }  // namespace alces::offline

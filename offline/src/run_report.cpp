@@ -91,6 +91,7 @@ Json counters(const MapRun& run) {
           {"points_stored", store.points},
           {"scans_refused", mapper.scans_refused},
           {"scans_predicted", mapper.scans_predicted},
+          {"archive_failures", mapper.archive_failures},
           {"scans_thinned", run.thinned_scans()},
           {"scans_archived", store.archived_scans},
           {"slot_hits", store.slot_hits},

@@ -39,16 +39,6 @@ struct Header {
   std::array<Column, 3> xyz{};
 };
 
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> words;
-  while (true) {
-    line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
-    if (line.empty()) return words;
-    words.push_back(line.substr(0, line.find_first_of(" \t\r")));
-    line.remove_prefix(words.back().size());
-  }
-}
-
 std::optional<NumberType> number_type(char kind, std::size_t size) {
   switch (kind) {
     case 'F':
@@ -85,7 +75,7 @@ class HeaderReader {
       const std::string_view line = scan_.bytes.substr(header_.end, stop - header_.end);
       header_.end = std::min(stop + 1, scan_.bytes.size());
       ++header_.lines;
-      entry(split(line));
+      entry(split_words(line));
     }
     finish();
     return header_;

@@ -1,5 +1,7 @@
 #include "alces_offline/text_numbers.h"
 
+#include <algorithm>
+
 #include <charconv>
 #include <limits>
 #include <system_error>
@@ -22,6 +24,16 @@ const char* parse_any_number(const char* at, const char* end, double& value) {
     return nullptr;
   }
   return ends_number(*stop) ? stop : nullptr;
+}
+
+std::vector<std::string_view> split_words(std::string_view line) {
+  std::vector<std::string_view> words;
+  while (true) {
+    line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+    if (line.empty()) return words;
+    words.push_back(line.substr(0, line.find_first_of(" \t\r")));
+    line.remove_prefix(words.back().size());
+  }
 }
 
 }  // namespace alces::offline

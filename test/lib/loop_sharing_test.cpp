@@ -193,12 +193,10 @@ TEST_CASE("along a simple loop the error goes where it most likely arose") {
     const std::vector<Pose> expected = chain.bend(chain.most_likely(goal));
     REQUIRE(distance_m(expected.back(), goal) < 1e-8);
     REQUIRE(bench.share(0, 19, goal, SharingRule::trails) == Status::ok);
-    // the library turns about the vertex that the trail enters an edge by; from the other side it is one
-    // step's lever
     for (std::uint32_t i = 0; i < 20; ++i) {
       CAPTURE(round, i);
-      CHECK(distance_m(graph.poses()[i], expected[i]) < 2e-4);
-      CHECK(distance_rad(graph.poses()[i], expected[i]) < 2e-5);
+      CHECK(distance_m(graph.poses()[i], expected[i]) < 1e-5);
+      CHECK(distance_rad(graph.poses()[i], expected[i]) < 1e-6);
     }
   }
 }

@@ -551,11 +551,11 @@ TEST_CASE("with no room for loops every loop is refused for that reason") {
   Bench mapper(config);
   drive_through(*mapper.mapper, drive, 49);
   LoopReport loop;
-  // edges have room for one a scan, and the first scan has none: one loop fits
-  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
-  REQUIRE(mapper->offer_loop(1, 48, loop) == Status::ok);
-  CAPTURE(text(loop.verdict));
-  CHECK(loop.verdict == LoopVerdict::refused_capacity);
+  for (const std::uint32_t first : {0U, 1U}) {
+    REQUIRE(mapper->offer_loop(first, 48, loop) == Status::ok);
+    CAPTURE(text(loop.verdict));
+    CHECK(loop.verdict == LoopVerdict::refused_capacity);
+  }
   CHECK(mapper->counters().loops_not_listed == 2);
 }
 

@@ -49,8 +49,8 @@ inline std::vector<Eigen::Matrix4d> plain_share(const PoseGraph& graph, std::uin
   return bent;
 }
 
-/// A chain of places, each edge of which may shift what follows by (x, y, z) and turn it about the edge's own
-/// place: six numbers an edge. Edge j leads from places[j] to places[j + 1].
+/// A chain of places, each edge of which may shift what follows by (x, y, z) and turn it about the place
+/// it leads to: six numbers an edge. Edge j leads from places[j] to places[j + 1].
 struct PlainChain {
   std::vector<Pose> places;
   std::vector<EdgeVariance> variances;
@@ -60,7 +60,7 @@ struct PlainChain {
     for (std::size_t j = 0; j < variances.size(); ++j) {
       const auto at = static_cast<Eigen::Index>(6 * j);
       const Eigen::Quaterniond turn = exp_so3(parts.segment<3>(at + 3));
-      const Eigen::Vector3d pivot = bent[j].translation_m;
+      const Eigen::Vector3d pivot = bent[j + 1].translation_m;
       for (std::size_t i = j + 1; i < bent.size(); ++i) {
         bent[i].translation_m = turn * (bent[i].translation_m - pivot) + pivot + parts.segment<3>(at);
         bent[i].rotation = (turn * bent[i].rotation).normalized();

@@ -1,6 +1,6 @@
-// What enters from the world, with the time it happened: the one stream that drivers are fed from, live, replayed or
-// simulated, and that a recording keeps. The order of events is the order in which they were handed on; their stamps
-// may run slightly against it (a CAN frame's stamp is the kernel's).
+// What enters from the world, with the time it happened: the one stream that drivers are fed from, live,
+// replayed or simulated, and that a recording keeps. The order of events is the order in which they were
+// handed on; their stamps may run slightly against it (a CAN frame's stamp is the kernel's).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Time inside Alces: nanoseconds of CLOCK_MONOTONIC in a signed 64-bit number, always called `stamp_ns` or `..._ns`.
-// Other clocks are converted where they enter, in platform/. A driver never reads a clock: it is told.
+// Time inside Alces: nanoseconds of CLOCK_MONOTONIC in a signed 64-bit number, always called `stamp_ns` or
+// `..._ns`. Other clocks are converted where they enter, in platform/. A driver never reads a clock: it is
+// told.
 #pragma once
 
 #include <cstdint>

@@ -154,8 +154,9 @@ class Mapper {
   [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body,
                                 ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr);
 
-  /// The drive ends: closes the loop of an approach that still goes on. True: `loop` says what came of it.
-  bool finish(LoopReport& loop);
+  /// The drive ends: closes the loop of an approach that still goes on. True: `loop` says what came of it,
+  /// and `times`, unless null, what it took.
+  bool finish(LoopReport& loop, StageTimes* times = nullptr);
 
   /// A loop that somebody else detected: scan `last` was taken where scan `first` was. Matched, judged and
   /// shared out as any other. no_such_scan.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
+#include <vector>
 
 namespace alces::offline {
 
@@ -14,6 +16,9 @@ namespace alces::offline {
 [[nodiscard]] inline bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
+
+/// What stands between blanks.
+[[nodiscard]] std::vector<std::string_view> split_words(std::string_view line);
 
 /// Any spelling: exponents, nan, inf, a leading plus, any number of digits.
 [[nodiscard]] const char* parse_any_number(const char* at, const char* end, double& value);
