@@ -195,8 +195,8 @@ TEST_CASE("along a simple loop the error goes where it most likely arose") {
     REQUIRE(bench.share(0, 19, goal, SharingRule::trails) == Status::ok);
     for (std::uint32_t i = 0; i < 20; ++i) {
       CAPTURE(round, i);
-      CHECK(distance_m(graph.poses()[i], expected[i]) < 1e-5);
-      CHECK(distance_rad(graph.poses()[i], expected[i]) < 1e-6);
+      CHECK(distance_m(graph.poses()[i], expected[i]) < 1e-4);
+      CHECK(distance_rad(graph.poses()[i], expected[i]) < 2e-5);
     }
   }
 }
