@@ -43,6 +43,7 @@ void Motor::begin_anew() {
   sdo_.cancel();
   is_reading_mode_ = false;
   is_reading_error_code_ = false;
+  last_emcy_code_ = 0;
   is_configured_ = false;
   is_node_heard_ = false;
   has_booted_ = false;
@@ -145,6 +146,10 @@ void Motor::step_enabling() {
   using cia402::State;
   const State drive = process_data_.state();
   const bool is_late = now_ns_ - seen_state_since_ns_ >= config_.transition_timeout_ns;
+  if (process_data_.position_stamp_ns() != no_stamp_ns && are_pdos_late()) {
+    fail(MotorReason::pdo_lost, Recovery::begin_anew);
+    return;
+  }
   if (drive == State::fault) {
     if (was_fault_reset_) {
       ++counters_.drive_faults;
@@ -211,10 +216,7 @@ bool Motor::is_drive_well() {
     fail(MotorReason::operation_left, Recovery::enable_again, cia402::text(drive));
     return false;
   }
-  const std::int64_t oldest_ns =
-      std::min(process_data_.position_stamp_ns(), process_data_.velocity_stamp_ns());
-  const std::int64_t last_ns = std::max(oldest_ns, cyclic_since_ns_);
-  if (config_.pdo_timeout_ns > 0 && now_ns_ - last_ns >= config_.pdo_timeout_ns) {
+  if (are_pdos_late()) {
     fail(MotorReason::pdo_lost, Recovery::begin_anew);
     return false;
   }

@@ -65,7 +65,8 @@ void Motor::step_recovering() {
   if (now_ns_ < due_ns_) return;
   is_reading_error_code_ = false;
   sdo_.cancel();
-  if (recovery_ == Recovery::enable_again && is_cyclic_) {
+  const bool is_reachable = is_cyclic_ && !heartbeat_.is_lost() && !are_pdos_late();
+  if (recovery_ == Recovery::enable_again && is_reachable) {
     begin_enabling();
   } else {
     begin_anew();

@@ -155,6 +155,7 @@ class Motor final : public canopen::NodeDriver {
   void on_drive(std::int64_t stamp_ns);
   void step();
   [[nodiscard]] bool is_standing() const;
+  [[nodiscard]] bool are_pdos_late() const;
   [[nodiscard]] bool is_velocity_fresh() const;
   [[nodiscard]] bool is_driving() const;
 
