@@ -1,0 +1,387 @@
+// Events in, frames and notices out. What they lead to is in motor_bring_up.cpp and motor_recovery.cpp.
+#include "alces_drivers/motor/motor.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "alces_drivers/canopen/cob_id.h"
+
+namespace alces {
+
+using canopen::HeartbeatEvent;
+using canopen::NmtCommand;
+
+namespace {
+
+constexpr std::int64_t emcy_notice_interval_ns = ns_per_s;
+constexpr std::int64_t velocity_age_without_timeout_ns = ns_per_s;
+/// Beats of controlword 0 before the rising edge of a fault reset: one of them may be lost.
+constexpr std::uint8_t beats_before_reset = 3;
+
+}  // namespace
+
+Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, DriveFeedbackSink& sink)
+    : config_(config),
+      config_status_(check(config)),
+      port_(port),
+      notices_(notices),
+      sink_(sink),
+      sdo_(config.node, config.sdo, port),
+      configurator_(sdo_),
+      heartbeat_(config.node),
+      own_heartbeat_(config.own_node, config.own_heartbeat_period_ns),
+      sync_(config.sync),
+      process_data_(config),
+      speed_({config.velocity_tolerance_units, config.stall_velocity_units}) {
+  const auto listen_to = [this](std::uint16_t cob_id) {
+    (void)cob_ids_.add(cob_id);
+  };  // room for all of them
+  listen_to(canopen::sdo_answer_cob_id(config_.node));
+  listen_to(canopen::heartbeat_cob_id(config_.node));
+  listen_to(canopen::emcy_cob_id(config_.node));
+  if (config_.sync.period_ns > 0 && !config_.is_sync_producer) listen_to(canopen::sync_cob_id);
+  for (const canopen::PdoConfig& pdo : config_.tpdos) {
+    listen_to(pdo.cob_id_of(canopen::PdoDirection::from_node, config_.node));
+  }
+  if (config_status_ == MotorConfigStatus::ok) build_steps();
+}
+
+void Motor::start(std::int64_t now_ns) {
+  now_ns_ = std::max(now_ns_, now_ns);
+  if (state_ != MotorState::stopped) return;
+  ++counters_.starts;
+  attempts_ = 0;
+  due_ns_ = no_stamp_ns;
+  if (config_status_ != MotorConfigStatus::ok) {
+    ++counters_.failures_final;
+    enter(MotorState::failed, MotorReason::bad_configuration, text(config_status_));
+    return;
+  }
+  begin_anew();
+}
+
+void Motor::stop(std::int64_t now_ns) {
+  now_ns_ = std::max(now_ns_, now_ns);
+  if (state_ != MotorState::stopping) begin_stop(StopPhase::ramp_down, MotorReason::stop_wanted);
+}
+
+void Motor::quick_stop(std::int64_t now_ns) {
+  now_ns_ = std::max(now_ns_, now_ns);
+  const bool is_quick_already = state_ == MotorState::stopping && stop_phase_ != StopPhase::ramp_down;
+  if (!is_quick_already) begin_stop(StopPhase::quick, MotorReason::quick_stop_wanted);
+}
+
+void Motor::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
+  now_ns_ = std::max(now_ns_, stamp_ns);
+  if (frame.is_error) {
+    ++counters_.error_frames;
+  } else if (!frame.is_classical_data()) {
+    ++counters_.frames_not_canopen;
+  } else if (frame.id == canopen::sync_cob_id && !config_.is_sync_producer) {
+    beat(stamp_ns);
+  } else if (sdo_.on_frame(frame, now_ns_)) {
+    is_node_heard_ = true;
+    on_sdo();
+  } else if (frame.id == canopen::heartbeat_cob_id(config_.node)) {
+    const std::uint64_t heartbeats_before = heartbeat_.counters().heartbeats;
+    on_heartbeat(heartbeat_.on_frame(frame, stamp_ns));
+    if (heartbeat_.counters().heartbeats != heartbeats_before) on_node_state();
+  } else if (frame.id == canopen::emcy_cob_id(config_.node)) {
+    on_emcy(frame);
+  } else if (!is_configured_) {
+    const bool is_ours = std::ranges::find(cob_ids_, frame.id) != cob_ids_.end();
+    ++(is_ours ? counters_.pdos_before_configuration : counters_.frames_foreign);
+  } else {
+    switch (process_data_.on_frame(frame, stamp_ns)) {
+      case ProcessData::Outcome::foreign:
+        ++counters_.frames_foreign;
+        break;
+      case ProcessData::Outcome::dropped:
+        break;
+      case ProcessData::Outcome::feedback:
+        sink_.on_drive_feedback(process_data_.feedback());
+        [[fallthrough]];
+      case ProcessData::Outcome::taken:
+        on_drive(stamp_ns);
+        break;
+    }
+  }
+}
+
+void Motor::on_link(bool is_up, std::int64_t now_ns) {
+  now_ns_ = std::max(now_ns_, now_ns);
+  if (is_up == is_link_up_) return;
+  is_link_up_ = is_up;
+  if (is_up) {
+    if (state_ == MotorState::stopped) return;
+    tell(Severity::info, "the CAN bus is up");
+    // A repaired bus is worth an attempt at once, but not a fresh allowance of them.
+    if (state_ == MotorState::connecting || state_ == MotorState::failed) {
+      if (reason_ != MotorReason::bad_configuration) begin_anew();
+    }
+    return;
+  }
+  ++counters_.link_downs;
+  pending_order_.reset();
+  switch (state_) {
+    case MotorState::stopped:
+      break;
+    case MotorState::stopping:
+      finish_stop(MotorReason::bus_down);
+      break;
+    case MotorState::failed:
+      leave_cycle();
+      break;
+    default:
+      begin_anew();
+      break;  // which waits for the bus
+  }
+}
+
+void Motor::on_tick(std::int64_t now_ns) {
+  now_ns_ = std::max(now_ns_, now_ns);
+  if (!is_link_up_) return;
+  own_heartbeat_.on_tick(now_ns_, port_);
+  send_pending_order();
+  if (sdo_.is_busy() || configurator_.status() == canopen::Configurator::Status::busy) {
+    sdo_.on_tick(now_ns_);
+    on_sdo();
+  }
+  on_heartbeat(heartbeat_.on_tick(now_ns_));
+  step();
+  if (!is_cyclic_) return;
+  if (config_.sync.period_ns == 0) {
+    if (last_beat_ns_ == no_stamp_ns || now_ns_ - last_beat_ns_ >= config_.control_period_ns) beat(now_ns_);
+  } else if (sync_.on_tick(now_ns_, port_)) {
+    beat(now_ns_);
+  }
+}
+
+void Motor::step() {
+  if (process_data_.state() != seen_state_) {
+    if (seen_state_ == cia402::State::fault && state_ == MotorState::enabling) {
+      was_fault_reset_ = true;
+      enter(MotorState::enabling, MotorReason::walks_to_enabled);
+    }
+    seen_state_ = process_data_.state();
+    seen_state_since_ns_ = now_ns_;
+    reset_beats_ = 0;
+  }
+  switch (state_) {
+    case MotorState::stopped:
+      break;
+    case MotorState::connecting:
+      // A node that sent no boot-up message may be there all the same: SDO will tell.
+      if (is_link_up_ && now_ns_ - state_since_ns_ >= config_.boot_timeout_ns) begin_configuring();
+      break;
+    case MotorState::configuring:
+      break;  // on_sdo()
+    case MotorState::enabling:
+      step_enabling();
+      break;
+    case MotorState::ramping:
+      step_ramping();
+      break;
+    case MotorState::running:
+      step_running();
+      break;
+    case MotorState::stopping:
+      step_stopping();
+      break;
+    case MotorState::recovering:
+      step_recovering();
+      break;
+    case MotorState::failed:
+      step_failed();
+      break;
+  }
+}
+
+void Motor::enter(MotorState state, MotorReason reason, const char* detail) {
+  if (state != state_) state_since_ns_ = now_ns_;
+  state_ = state;
+  reason_ = reason;
+  detail_ = detail;
+  Severity severity = is_failure(reason) ? Severity::warning : Severity::info;
+  if (state == MotorState::failed) severity = Severity::error;
+  tell(severity, text(reason));
+  if (*detail != '\0') tell(severity, detail);
+}
+
+void Motor::tell(Severity severity, const char* text, std::int64_t value, bool has_value) {
+  notices_.raise({.stamp_ns = now_ns_,
+                  .severity = severity,
+                  .source = config_.name,
+                  .text = text,
+                  .value = value,
+                  .has_value = has_value});
+}
+
+void Motor::order(NmtCommand command) {
+  ++counters_.nmt_orders;
+  pending_order_ = command;  // one that has not left is overtaken by this one
+  send_pending_order();
+}
+
+void Motor::send_pending_order() {
+  if (!pending_order_) return;
+  if (port_.send(canopen::nmt_frame({*pending_order_, config_.node}))) {
+    pending_order_.reset();
+  } else {
+    ++counters_.nmt_not_taken;
+  }
+}
+
+void Motor::beat(std::int64_t now_ns) {
+  if (config_.sync.period_ns > 0) process_data_.on_sync(now_ns);
+  if (!is_cyclic_ || pending_order_) return;
+  ramp(now_ns);
+  last_beat_ns_ = now_ns;
+  const std::uint16_t controlword = next_controlword();
+  const auto velocity_units = static_cast<std::int32_t>(std::lround(commanded_velocity_units_));
+  for (std::size_t number = 0; number < process_data_.rpdo_count(); ++number) {
+    const bool is_taken = port_.send(process_data_.rpdo(number, controlword, velocity_units));
+    ++(is_taken ? counters_.rpdos_sent : counters_.rpdos_not_taken);
+  }
+}
+
+void Motor::ramp(std::int64_t now_ns) {
+  const double target_units = is_driving() ? config_.target_velocity_units : 0.0;
+  const bool may_ramp = is_driving() || state_ == MotorState::stopping;
+  if (config_.ramp_units_per_s == 0 || !may_ramp || last_beat_ns_ == no_stamp_ns) {
+    commanded_velocity_units_ = target_units;
+    return;
+  }
+  const double step_units =
+      config_.ramp_units_per_s * seconds(std::max<std::int64_t>(now_ns - last_beat_ns_, 0));
+  commanded_velocity_units_ += std::clamp(target_units - commanded_velocity_units_, -step_units, step_units);
+}
+
+std::uint16_t Motor::next_controlword() {
+  using cia402::State;
+  namespace controlword = cia402::controlword;
+  const State drive = process_data_.state();
+  switch (state_) {
+    case MotorState::enabling:
+      if (drive == State::fault) {
+        if (reset_beats_ < beats_before_reset) {
+          ++reset_beats_;
+          return controlword::disable_voltage;
+        }
+        if (reset_beats_ == beats_before_reset) {
+          ++reset_beats_;
+          ++counters_.fault_resets;
+        }
+        return controlword::fault_reset;
+      }
+      return cia402::controlword_towards(State::operation_enabled, drive);
+    case MotorState::ramping:
+    case MotorState::running:
+      return controlword::enable_operation;
+    case MotorState::stopping:
+      if (stop_phase_ == StopPhase::ramp_down) return controlword::enable_operation;
+      if (stop_phase_ == StopPhase::quick) return quick_stop_controlword();
+      return drive == State::operation_enabled || drive == State::switched_on ? controlword::shutdown
+                                                                              : controlword::disable_voltage;
+    default:
+      return quick_stop_controlword();
+  }
+}
+
+std::uint16_t Motor::quick_stop_controlword() const {
+  namespace controlword = cia402::controlword;
+  switch (process_data_.state()) {
+    case cia402::State::unknown:  // from every state it leads to one without torque
+    case cia402::State::operation_enabled:
+      return controlword::quick_stop;
+    // Drives with quick-stop option 5 to 8 stay there.
+    case cia402::State::quick_stop_active:
+      return is_standing() ? controlword::disable_voltage : controlword::quick_stop;
+    default:
+      return controlword::disable_voltage;
+  }
+}
+
+void Motor::on_drive(std::int64_t stamp_ns) {
+  const DriveFeedback& feedback = process_data_.feedback();
+  if (process_data_.velocity_stamp_ns() == stamp_ns) {
+    speed_.observe(config_.target_velocity_units, feedback.velocity_units, stamp_ns);
+  }
+  const bool does_warn = (feedback.statusword & cia402::statusword_warning) != 0;
+  if (does_warn && !is_warning_told_) tell(Severity::warning, "the drive warns", feedback.statusword);
+  is_warning_told_ = does_warn;
+  step();
+}
+
+void Motor::on_emcy(const CanFrame& frame) {
+  const std::optional<canopen::Emcy> emcy = canopen::decode_emcy(frame);
+  if (!emcy) {
+    ++counters_.emcys_malformed;
+    return;
+  }
+  is_node_heard_ = true;
+  if (emcy->is_reset()) {
+    if (last_emcy_code_ != 0) tell(Severity::info, "the drive's error is gone", last_emcy_code_);
+    last_emcy_code_ = 0;
+    return;
+  }
+  ++counters_.emcys;
+  last_emcy_code_ = emcy->code;
+  const bool is_same = emcy->code == told_emcy_code_ && last_emcy_told_ns_ != no_stamp_ns &&
+                       now_ns_ - last_emcy_told_ns_ < emcy_notice_interval_ns;
+  if (is_same) {
+    ++counters_.emcys_not_told;
+    return;
+  }
+  told_emcy_code_ = emcy->code;
+  last_emcy_told_ns_ = now_ns_;
+  tell(Severity::warning, canopen::emcy_text(emcy->code), emcy->code);
+}
+
+void Motor::on_heartbeat(HeartbeatEvent event) {
+  switch (event) {
+    case HeartbeatEvent::boot_up:
+    case HeartbeatEvent::reset_detected: on_boot_up(); break;
+    case HeartbeatEvent::lost: fail(MotorReason::heartbeat_lost, Recovery::begin_anew); break;
+    case HeartbeatEvent::found: tell(Severity::info, "the drive's heartbeat is back"); break;
+    case HeartbeatEvent::none:
+    case HeartbeatEvent::state_changed: break;
+  }
+}
+
+bool Motor::are_pdos_late() const {
+  const std::int64_t oldest_ns = std::min(process_data_.position_stamp_ns(), process_data_.velocity_stamp_ns());
+  return config_.pdo_timeout_ns > 0 && now_ns_ - std::max(oldest_ns, cyclic_since_ns_) >= config_.pdo_timeout_ns;
+}
+
+bool Motor::is_velocity_fresh() const {
+  const std::int64_t stamp_ns = process_data_.velocity_stamp_ns();
+  const std::int64_t age_ns =
+      config_.pdo_timeout_ns > 0 ? config_.pdo_timeout_ns : velocity_age_without_timeout_ns;
+  return stamp_ns != no_stamp_ns && now_ns_ - stamp_ns <= age_ns;
+}
+
+bool Motor::is_standing() const {
+  return is_velocity_fresh() && speed_.is_standing(process_data_.feedback().velocity_units);
+}
+
+bool Motor::is_turning() const {
+  return is_configured_ && is_velocity_fresh() &&
+         !speed_.is_standing(process_data_.feedback().velocity_units);
+}
+
+bool Motor::is_driving() const {
+  return state_ == MotorState::ramping || state_ == MotorState::running;
+}
+
+Motor::Counters Motor::counters() const {
+  Counters counters = counters_;
+  counters.heartbeats_not_taken = own_heartbeat_.not_taken_count();
+  counters.sdo = sdo_.counters();
+  counters.heartbeat = heartbeat_.counters();
+  counters.sync = sync_.counters();
+  counters.pdo = process_data_.counters();
+  return counters;
+}
+
+}  // namespace alces

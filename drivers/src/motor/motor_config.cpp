@@ -1,0 +1,162 @@
+#include "alces_drivers/motor/motor_config.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "alces_drivers/canopen/cob_id.h"
+#include "alces_drivers/motor/cia402.h"
+
+namespace alces {
+namespace {
+
+using canopen::PdoConfig;
+using canopen::PdoDirection;
+using canopen::PdoEntry;
+using Pdos = FixedTable<PdoConfig, MotorConfig::maximum_pdos>;
+
+const PdoConfig* pdo_with(const Pdos& pdos, std::uint16_t index, std::uint8_t bits) {
+  const auto* found = std::ranges::find_if(pdos, [&](const PdoConfig& pdo) {
+    const auto field = canopen::field_of(pdo, {index, 0});
+    return field && field->bits == bits;
+  });
+  return found == pdos.end() ? nullptr : found;
+}
+
+bool are_valid(const Pdos& pdos, PdoDirection direction, std::uint8_t node) {
+  return std::ranges::all_of(pdos,
+                             [&](const PdoConfig& pdo) { return canopen::is_valid(pdo, direction, node); });
+}
+
+bool share_cob_id(const MotorConfig& config) {
+  std::array<std::uint16_t, 2 * MotorConfig::maximum_pdos> cob_ids{};
+  std::size_t count = 0;
+  for (const PdoConfig& pdo : config.tpdos)
+    cob_ids[count++] = pdo.cob_id_of(PdoDirection::from_node, config.node);
+  for (const PdoConfig& pdo : config.rpdos)
+    cob_ids[count++] = pdo.cob_id_of(PdoDirection::to_node, config.node);
+  const std::span used = std::span(cob_ids).first(count);
+  std::ranges::sort(used);
+  return std::ranges::adjacent_find(used) != used.end();
+}
+
+bool are_times_good(const MotorConfig& config) {
+  if (config.sync.period_ns < 0 || config.sync.counter_overflow == 1 || config.sync.counter_overflow > 240)
+    return false;
+  if (config.sync.period_ns == 0 && config.control_period_ns <= 0) return false;
+  return config.own_heartbeat_period_ns >= 0 && config.own_heartbeat_timeout_ms <= 0xFFFF &&
+         config.sdo.answer_timeout_ns > 0 && config.spin_up_timeout_ns > 0 && config.settle_time_ns >= 0 &&
+         config.deviation_time_ns >= 0 && config.stop_timeout_ns > 0 && config.boot_timeout_ns > 0 &&
+         config.transition_timeout_ns > 0 && config.pdo_timeout_ns >= 0 && config.healthy_after_ns >= 0 &&
+         config.failed_retry_ns >= 0;
+}
+
+bool is_sent_without_change(const PdoConfig& pdo) {
+  return canopen::is_cyclic_on_sync(pdo.transmission_type) || pdo.event_timer_ms != 0;
+}
+
+bool is_speed_good(const MotorConfig& config) {
+  const std::int64_t target = std::abs(std::int64_t{config.target_velocity_units});
+  const std::int64_t slowest = target - config.velocity_tolerance_units;
+  return target > 0 && config.velocity_tolerance_units >= 0 && slowest > 0 &&
+         config.stall_velocity_units >= 0 && config.stall_velocity_units < slowest &&
+         std::isfinite(config.ramp_units_per_s) && config.ramp_units_per_s >= 0;
+}
+
+}  // namespace
+
+const char* text(MotorConfigStatus status) {
+  switch (status) {
+    case MotorConfigStatus::ok:
+      return "ok";
+    case MotorConfigStatus::bad_node:
+      return "the node is not 1 to 127, or it is our own";
+    case MotorConfigStatus::bad_period:
+      return "a period or time-out is negative or missing, or the SYNC counter is not 0 or 2 to 240";
+    case MotorConfigStatus::bad_heartbeat:
+      return "the heartbeat's time-out is not longer than its period";
+    case MotorConfigStatus::bad_write:
+      return "an object to write is not 1 to 4 bytes long";
+    case MotorConfigStatus::table_overflow:
+      return "a table has more entries than there is room for";
+    case MotorConfigStatus::bad_pdo:
+      return "a PDO has no valid number, identifier or mapping";
+    case MotorConfigStatus::same_cob_id:
+      return "two PDOs share an identifier";
+    case MotorConfigStatus::missing_in_tpdos:
+      return "the TPDOs must map 0x6041 (16 bits), 0x6064 and 0x606C (32 bits)";
+    case MotorConfigStatus::missing_in_rpdos:
+      return "the RPDOs must map 0x6040 (16 bits) and 0x60FF (32 bits)";
+    case MotorConfigStatus::foreign_in_rpdos:
+      return "the RPDOs map an object other than 0x6040, 0x60FF and 0x6060";
+    case MotorConfigStatus::pdo_never_comes:
+      return "the TPDO with the position is sent on change only: give it a SYNC transmission type, an event "
+             "timer, or no time-out";
+    case MotorConfigStatus::bad_speed:
+      return "target, tolerance and stall velocity contradict each other";
+    case MotorConfigStatus::ramp_too_slow:
+      return "the ramp takes longer than the time to spin up";
+    case MotorConfigStatus::bad_back_off:
+      return "the delays between attempts are not positive, or the first is above the last";
+  }
+  return "unknown";
+}
+
+MotorConfigStatus check(const MotorConfig& config) {
+  using Status = MotorConfigStatus;
+  if (!canopen::is_node(config.node) || !canopen::is_node(config.own_node) ||
+      config.node == config.own_node) {
+    return Status::bad_node;
+  }
+  if (!are_times_good(config)) return Status::bad_period;
+  if (config.heartbeat_timeout_ns < 0 ||
+      (config.heartbeat_timeout_ns > 0 &&
+       config.heartbeat_timeout_ns <= config.heartbeat_period_ms * ns_per_ms)) {
+    return Status::bad_heartbeat;
+  }
+  if (!config.checks.is_complete() || !config.writes.is_complete() || !config.tpdos.is_complete() ||
+      !config.rpdos.is_complete() || !config.tpdos_to_disable.is_complete() ||
+      !config.rpdos_to_disable.is_complete()) {
+    return Status::table_overflow;
+  }
+  if (std::ranges::any_of(config.writes,
+                          [](const auto& write) { return write.size < 1 || write.size > 4; })) {
+    return Status::bad_write;
+  }
+  if (!are_valid(config.tpdos, PdoDirection::from_node, config.node) ||
+      !are_valid(config.rpdos, PdoDirection::to_node, config.node)) {
+    return Status::bad_pdo;
+  }
+  if (share_cob_id(config)) return Status::same_cob_id;
+
+  const PdoConfig* position = pdo_with(config.tpdos, cia402::position_index, 32);
+  if (position == nullptr || pdo_with(config.tpdos, cia402::statusword_index, 16) == nullptr ||
+      pdo_with(config.tpdos, cia402::velocity_index, 32) == nullptr) {
+    return Status::missing_in_tpdos;
+  }
+  if (pdo_with(config.rpdos, cia402::controlword_index, 16) == nullptr ||
+      pdo_with(config.rpdos, cia402::target_velocity_index, 32) == nullptr) {
+    return Status::missing_in_rpdos;
+  }
+  const auto is_foreign = [](const PdoEntry& entry) {
+    const bool is_known = entry == PdoEntry{cia402::controlword_index, 0, 16} ||
+                          entry == PdoEntry{cia402::target_velocity_index, 0, 32} ||
+                          entry == PdoEntry{cia402::mode_index, 0, 8};
+    return !is_known;
+  };
+  for (const PdoConfig& pdo : config.rpdos) {
+    if (std::ranges::any_of(pdo.entries, is_foreign)) return Status::foreign_in_rpdos;
+  }
+  if (config.pdo_timeout_ns > 0 && !is_sent_without_change(*position)) return Status::pdo_never_comes;
+
+  if (!is_speed_good(config)) return Status::bad_speed;
+  const double spin_up_s = seconds(config.spin_up_timeout_ns);
+  if (config.ramp_units_per_s > 0 &&
+      std::abs(static_cast<double>(config.target_velocity_units)) / config.ramp_units_per_s > spin_up_s) {
+    return Status::ramp_too_slow;
+  }
+  if (config.back_off.first_ns <= 0 || config.back_off.maximum_ns < config.back_off.first_ns)
+    return Status::bad_back_off;
+  return Status::ok;
+}
+
+}  // namespace alces
