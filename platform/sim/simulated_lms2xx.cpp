@@ -264,13 +264,13 @@ void SimulatedLms2xx::measure(std::int64_t until_ns) {
 }
 
 void SimulatedLms2xx::send_sweep(std::int64_t turn, std::int64_t ready_ns) {
-  // A mirror turn measures every `interlacing()`th of the rays; the next ones begin one ray further.
+  // A mirror turn measures every `interlacing()`th of the rays; the next turn begins one ray further.
   const bool is_partial = mode_ == Mode::stream_partial;
   if (!is_partial && interlacing() != 1) return;  // turns mixed into one telegram: not simulated
   const auto shift = static_cast<std::uint32_t>(turn % interlacing());
   const double ray_interval_ns = 1e9 / settings_.turns_per_s / 360.0 / interlacing();
   ranges_m_.assign(settings_.field_of_view_deg * interlacing() + 1, 0.0F);
-  source_.sweep(first_ray_ns(turn) - std::llround(shift * ray_interval_ns), ray_interval_ns, ranges_m_);
+  source_.sweep(first_ray_ns(turn), ray_interval_ns, ranges_m_);
 
   std::vector<std::uint8_t> data(2);
   std::uint32_t count = 0;

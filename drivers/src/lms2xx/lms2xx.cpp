@@ -304,8 +304,9 @@ void Lms2xx::repeat_or_give_up(std::int64_t now_ns, const char* why) {
 }
 
 void Lms2xx::on_ack(std::int64_t now_ns) {
-  // At a wrong rate anything may look like one: it buys time, nothing more.
-  if (phase_ == Phase::searching && !rate_is_proven_) {
+  // At a wrong rate anything may look like one: it buys time, once, and nothing more.
+  if (phase_ == Phase::searching && !rate_is_proven_ && !was_acknowledged_) {
+    was_acknowledged_ = true;
     deadline_ns_ = std::max(deadline_ns_, now_ns + acknowledged_time_out_ns);
   }
 }
@@ -326,6 +327,7 @@ bool Lms2xx::set_rate(std::uint32_t baud, std::int64_t now_ns) {
   baud_ = baud;
   parser_.discard();
   rate_is_proven_ = false;
+  was_acknowledged_ = false;
   return true;
 }
 
@@ -580,7 +582,7 @@ void Lms2xx::on_values(const Telegram& telegram, std::int64_t end_stamp_ns) {
   profile_.ray_interval_ns = clock_.turn_ns() / 360;
   const double since_first_ray_ns = static_cast<double>(telegram.wire_bytes) * byte_ns() +
                                     static_cast<double>(config_.send_delay_ns) +
-                                    (values->count - 1) * profile_.ray_interval_ns;
+                                    (config_.field_of_view_deg - 0.25 * values->quarter_deg) * profile_.ray_interval_ns;
   profile_.first_ray_stamp_ns = sweep.stamp_ns - std::llround(since_first_ray_ns);
   profile_.first_angle_rad = deg * (0.25 * values->quarter_deg - 0.5 * config_.field_of_view_deg);
   profile_.angle_step_rad = deg;

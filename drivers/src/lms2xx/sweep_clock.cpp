@@ -22,6 +22,7 @@ void SweepClock::reset() {
   has_last_ = false;
   last_index_.reset();
   late_run_ = 0;
+  is_guess_ = false;
 }
 
 std::int64_t SweepClock::device_ns(std::int64_t number) const {
@@ -40,11 +41,15 @@ SweepClock::Sweep SweepClock::add(const Arrival& arrival) {
   }
   has_last_ = true;
   last_index_ = arrival.turn_index;
+  // A number that was only guessed, from an arrival that may just be late, must not move the line.
+  if (is_guess_ || number_ <= last_learned_) return {number_, filter_.host_from_device(device_ns(number_))};
+  last_learned_ = number_;
   return {number_, filter_.add(device_ns(number_), arrival.stamp_ns)};
 }
 
 std::int64_t SweepClock::turns_since_last(const Arrival& arrival) {
   const std::int64_t expected_ns = filter_.host_from_device(device_ns(number_ + arrival.nominal_turns));
+  is_guess_ = false;
   const double late_turns = static_cast<double>(arrival.stamp_ns - expected_ns) / turn_ns();
   if (arrival.turn_index && last_index_) {
     const auto step = static_cast<std::uint8_t>(*arrival.turn_index - *last_index_);
@@ -55,10 +60,11 @@ std::int64_t SweepClock::turns_since_last(const Arrival& arrival) {
   }
   std::int64_t turns = arrival.nominal_turns;
   if (arrival.bytes_were_lost || arrival.nominal_turns > 1) {
-    turns += std::llround(late_turns);
+    turns = std::max<std::int64_t>(1, turns + std::llround(late_turns));
+    is_guess_ = turns > arrival.nominal_turns && arrival.nominal_turns == 1;
     late_run_ = 0;
   } else if (late_turns < -0.5) {
-    turns += std::llround(late_turns);
+    turns += std::llround(late_turns);  // maybe back
     late_run_ = 0;
     ++counters_.corrections;
   } else if (late_turns > 0.75) {
@@ -71,7 +77,7 @@ std::int64_t SweepClock::turns_since_last(const Arrival& arrival) {
   } else {
     late_run_ = 0;
   }
-  return std::max<std::int64_t>(1, turns);
+  return turns;
 }
 
 }  // namespace alces::lms2xx

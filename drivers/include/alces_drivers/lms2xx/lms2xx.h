@@ -15,7 +15,8 @@
 // in its rays; a telegram of interlaced turns mixed together (20 24) is refused.
 //
 // Time: ray i of the profile was measured i / 360 of a mirror turn after the first one, and the telegram leaves
-// `send_delay_ns` after the last. SweepClock gives the least delayed arrival; the time on the wire is taken off.
+// `send_delay_ns` after the mirror passed the end of the field of view. SweepClock gives the least delayed arrival;
+// the time on the wire is taken off.
 //
 // Two things the serial line must do for us: rates that are not standard (500 000), and, for old lasers, a pause of
 // about 55 us between the bytes we send.
@@ -50,7 +51,7 @@ struct Lms2xxConfig {
   std::array<std::uint32_t, 4> candidate_bauds{9600, 38400, 19200, 500000};  ///< searched after `baud`; 0: none
   std::array<char, 8> password{'S', 'I', 'C', 'K', '_', 'L', 'M', 'S'};
   double turns_per_s = 75;
-  std::int64_t send_delay_ns = 0;  ///< from the last ray to the telegram's first byte
+  std::int64_t send_delay_ns = 0;  ///< from the end of the field of view to the telegram's first byte
   /// The laser streams already, or its recorded stream is replayed: nothing is sent, nothing is asked.
   bool is_listen_only = false;
 };
@@ -172,6 +173,7 @@ class Lms2xx final : public Laser {
   std::uint32_t candidate_ = 0;      ///< which rate the search tries: 0 is the target
   bool target_is_possible_ = true;   ///< the line can do config_.baud
   bool rate_is_proven_ = false;      ///< a good telegram came at this rate
+  bool was_acknowledged_ = false;    ///< or what looks like it came, at this rate
   std::int64_t deadline_ns_ = 0;
   std::int64_t back_off_ns_ = 0;     ///< the next pause
   const char* told_failure_ = nullptr;  ///< of this outage: not told again

@@ -5,7 +5,7 @@
 // Numbers: with the laser's own turn index they are read off. Without it the next telegram is the next turn, unless
 // bytes were lost on the way or the line is too slow for every turn: then the number is rounded from the arrival. A
 // number that was wrong shows: telegrams that keep coming most of a turn late missed a turn, one that comes half a
-// turn early was counted too far. Both are corrected and counted.
+// turn early was counted too far. Both are corrected and counted (in the second case the number steps back once).
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class SweepClock {
     std::int64_t stamp_ns = 0;
     std::int64_t nominal_turns = 1;  ///< from telegram to telegram: more than 1 on a slow line
     bool bytes_were_lost = false;    ///< since the last telegram
-    std::optional<std::uint8_t> turn_index;
+    std::optional<std::uint8_t> turn_index = std::nullopt;
   };
 
   explicit SweepClock(double turns_per_s);
@@ -54,6 +54,8 @@ class SweepClock {
   MinimumDelayFilter filter_;
   bool has_last_ = false;
   std::int64_t number_ = 0;
+  std::int64_t last_learned_ = 0;  ///< the number of the newest sweep that the filter learned from
+  bool is_guess_ = false;          ///< the present number is
   std::optional<std::uint8_t> last_index_;
   std::uint32_t late_run_ = 0;  ///< telegrams in a row that came most of a turn late
   double least_late_turns_ = 0;  ///< among them
