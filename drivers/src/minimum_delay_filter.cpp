@@ -37,7 +37,8 @@ std::int64_t MinimumDelayFilter::add(std::int64_t device_ns, std::int64_t arriva
   }
   last_device_ns_ = device_ns;
   const std::int64_t since_ns = device_ns - base_device_ns_;
-  const Point point{static_cast<double>(since_ns), static_cast<double>(arrival_ns - base_arrival_ns_ - since_ns)};
+  const Point point{static_cast<double>(since_ns),
+                    static_cast<double>(arrival_ns - base_arrival_ns_ - since_ns)};
   const std::int64_t block = since_ns / config_.block_ns;
 
   if (is_empty() || block != newest_block_) {

@@ -20,11 +20,16 @@ void put_word(std::vector<std::uint8_t>& bytes, std::size_t place, std::uint32_t
 
 std::uint32_t rate_of_mode(std::uint8_t mode) {
   switch (mode) {
-    case 0x42: return 9600;
-    case 0x41: return 19200;
-    case 0x40: return 38400;
-    case 0x48: return 500000;
-    default: return 0;
+    case 0x42:
+      return 9600;
+    case 0x41:
+      return 19200;
+    case 0x40:
+      return 38400;
+    case 0x48:
+      return 500000;
+    default:
+      return 0;
   }
 }
 
@@ -41,7 +46,7 @@ std::uint16_t word_of(float range_m, lms2xx::MeasuringMode mode, lms2xx::Unit un
 SimulatedLms2xx::SimulatedLms2xx(const SimulatedLms2xxSettings& settings, SweepSource& source)
     : settings_(settings),
       source_(source),
-      mode_(!settings.is_streaming                             ? Mode::on_request
+      mode_(!settings.is_streaming                      ? Mode::on_request
             : settings.resolution_hundredths_deg == 100 ? Mode::stream_all
                                                         : Mode::stream_partial),
       baud_(settings.baud),
@@ -103,7 +108,9 @@ void SimulatedLms2xx::on_telegram(const lms2xx::Telegram& telegram, std::int64_t
       send(0xb1, status, soon_ns);
       return;
     }
-    case 0x32: send(0xb2, {}, soon_ns); return;
+    case 0x32:
+      send(0xb2, {}, soon_ns);
+      return;
     case 0x3a: {
       const std::string_view type = "LMS291;S05 X02.10  ";
       const std::vector<std::uint8_t> bytes(type.begin(), type.end());
@@ -126,7 +133,9 @@ void SimulatedLms2xx::on_telegram(const lms2xx::Telegram& telegram, std::int64_t
       send(0xbb, answer, soon_ns);
       return;
     }
-    case 0x74: send(0xf4, configuration(), soon_ns); return;
+    case 0x74:
+      send(0xf4, configuration(), soon_ns);
+      return;
     case 0x77: {
       const bool is_good = is_installing && data.size() == configuration_bytes && data[6] <= 1 &&
                            lms2xx::is_known(static_cast<lms2xx::MeasuringMode>(data[5]));
@@ -141,7 +150,9 @@ void SimulatedLms2xx::on_telegram(const lms2xx::Telegram& telegram, std::int64_t
       send(0xf7, answer, now_ns + settings_.write_delay_ns);
       return;
     }
-    default: send(0x92, {}, soon_ns); return;
+    default:
+      send(0x92, {}, soon_ns);
+      return;
   }
 }
 
@@ -162,10 +173,17 @@ std::uint8_t SimulatedLms2xx::change_mode(std::span<const std::uint8_t> data) {
       }
       mode_ = Mode::installation;
       return done;
-    case 0x24: mode_ = Mode::stream_all; return done;
-    case 0x25: mode_ = Mode::on_request; return done;
-    case 0x2a: mode_ = Mode::stream_partial; return done;
-    default: return fault;
+    case 0x24:
+      mode_ = Mode::stream_all;
+      return done;
+    case 0x25:
+      mode_ = Mode::on_request;
+      return done;
+    case 0x2a:
+      mode_ = Mode::stream_partial;
+      return done;
+    default:
+      return fault;
   }
 }
 
@@ -182,11 +200,12 @@ std::vector<std::uint8_t> SimulatedLms2xx::configuration() const {
 
 // ---- to the host
 
-void SimulatedLms2xx::send(std::uint8_t command, std::span<const std::uint8_t> data, std::int64_t earliest_ns) {
+void SimulatedLms2xx::send(std::uint8_t command, std::span<const std::uint8_t> data,
+                           std::int64_t earliest_ns) {
   constexpr std::uint8_t type_6_no_error = 0x10;
   std::vector<std::uint8_t> bytes(lms2xx::maximum_telegram_bytes);
-  bytes.resize(lms2xx::build_telegram(lms2xx::Direction::from_laser, settings_.address, command, data, type_6_no_error,
-                                      bytes));
+  bytes.resize(lms2xx::build_telegram(lms2xx::Direction::from_laser, settings_.address, command, data,
+                                      type_6_no_error, bytes));
   if (swallowed_ > 0) {
     --swallowed_;
     return;
@@ -249,7 +268,8 @@ std::int64_t SimulatedLms2xx::ready_ns(std::int64_t turn) const {
 void SimulatedLms2xx::measure(std::int64_t until_ns) {
   if (is_first_poll_) {
     is_first_poll_ = false;
-    const double turns = static_cast<double>(until_ns - settings_.first_ray_stamp_ns) * 1e-9 * settings_.turns_per_s;
+    const double turns =
+        static_cast<double>(until_ns - settings_.first_ray_stamp_ns) * 1e-9 * settings_.turns_per_s;
     next_turn_ = std::max<std::int64_t>(0, std::llround(std::floor(turns)) - 1);
     while (ready_ns(next_turn_) < until_ns) ++next_turn_;
   }

@@ -24,12 +24,15 @@ std::string line(const std::string& content) {
 /// A GGA line; seconds since midnight, position in degrees.
 std::string gga(double time_s, double latitude_deg, double longitude_deg, int quality = 1, int satellites = 8,
                 double hdop = 1.0) {
-  const auto part = [](double deg) { return static_cast<int>(deg) * 100 + (deg - static_cast<int>(deg)) * 60; };
+  const auto part = [](double deg) {
+    return static_cast<int>(deg) * 100 + (deg - static_cast<int>(deg)) * 60;
+  };
   const int whole = static_cast<int>(time_s);
   char text[160];
-  std::snprintf(text, sizeof text, "GNGGA,%02d%02d%05.2f,%012.7f,%c,%013.7f,%c,%d,%02d,%.1f,50.0,M,46.0,M,,", whole / 3600,
-                whole / 60 % 60, time_s - whole / 60 * 60, part(std::abs(latitude_deg)), latitude_deg < 0 ? 'S' : 'N',
-                part(std::abs(longitude_deg)), longitude_deg < 0 ? 'W' : 'E', quality, satellites, hdop);
+  std::snprintf(text, sizeof text, "GNGGA,%02d%02d%05.2f,%012.7f,%c,%013.7f,%c,%d,%02d,%.1f,50.0,M,46.0,M,,",
+                whole / 3600, whole / 60 % 60, time_s - whole / 60 * 60, part(std::abs(latitude_deg)),
+                latitude_deg < 0 ? 'S' : 'N', part(std::abs(longitude_deg)), longitude_deg < 0 ? 'W' : 'E',
+                quality, satellites, hdop);
   return line(text);
 }
 
@@ -110,7 +113,8 @@ TEST_CASE("random text is survived") {
   rig.feed(text, ns_per_s);
   for (int i = 0; i < 5000; ++i) {
     std::string content = "GPGGA,";
-    for (int n = random.integer(0, 60); n > 0; --n) content += alphabet[static_cast<std::size_t>(random.integer(8, 29))];
+    for (int n = random.integer(0, 60); n > 0; --n)
+      content += alphabet[static_cast<std::size_t>(random.integer(8, 29))];
     rig.feed(line(content), 2 * ns_per_s);
   }
   CHECK(rig.gps.counters().fixes == 0);

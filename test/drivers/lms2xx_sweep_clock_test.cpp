@@ -11,7 +11,9 @@ namespace {
 
 constexpr double true_turn_ns = 1e9 / 75.06;  // the mirror is a little fast
 
-std::int64_t sent_ns(std::int64_t turn) { return 5'000'000'000 + std::llround(static_cast<double>(turn) * true_turn_ns); }
+std::int64_t sent_ns(std::int64_t turn) {
+  return 5'000'000'000 + std::llround(static_cast<double>(turn) * true_turn_ns);
+}
 
 struct Feed {
   SweepClock clock{75};
@@ -20,9 +22,8 @@ struct Feed {
   /// Feeds turn `turn` and answers by how many turns its number is off.
   std::int64_t add(std::int64_t turn, std::int64_t latency_ns, bool bytes_were_lost = false,
                    std::optional<std::uint8_t> index = std::nullopt) {
-    const auto sweep = clock.add({.stamp_ns = sent_ns(turn) + latency_ns,
-                                  .bytes_were_lost = bytes_were_lost,
-                                  .turn_index = index});
+    const auto sweep = clock.add(
+        {.stamp_ns = sent_ns(turn) + latency_ns, .bytes_were_lost = bytes_were_lost, .turn_index = index});
     if (turn == 0) first_number = sweep.number;
     last_error_ns = sweep.stamp_ns - sent_ns(turn);
     return sweep.number - first_number - turn;
@@ -38,7 +39,8 @@ TEST_CASE("sweeps are numbered through bursts, and their stamps do not show the 
   for (std::int64_t turn = 0; turn < 75 * 60; ++turn) {
     // Now and then the host sleeps for 40 ms and gets everything at once.
     if (random.chance(0.02)) delayed_until_ns = sent_ns(turn) + 40'000'000;
-    const std::int64_t latency_ns = std::max<std::int64_t>(random.integer(20'000, 400'000), delayed_until_ns - sent_ns(turn));
+    const std::int64_t latency_ns =
+        std::max<std::int64_t>(random.integer(20'000, 400'000), delayed_until_ns - sent_ns(turn));
     REQUIRE(feed.add(turn, latency_ns) == 0);
     if (turn > 75 * 10) CHECK(std::abs(feed.last_error_ns) < 150'000);
   }

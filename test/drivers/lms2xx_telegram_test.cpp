@@ -28,7 +28,8 @@ std::vector<Found> parse(TelegramParser& parser, const Bytes& bytes) {
     parser.push(byte);
     while (const auto token = parser.next()) {
       const auto& data = token->telegram.data;
-      found.push_back({token->kind, token->telegram.command, {data.begin(), data.end()}, token->end_position});
+      found.push_back(
+          {token->kind, token->telegram.command, {data.begin(), data.end()}, token->end_position});
     }
   }
   return found;
@@ -40,7 +41,9 @@ Bytes telegram(std::uint8_t command, const Bytes& data) {
   return out;
 }
 
-void append(Bytes& to, const Bytes& from) { to.insert(to.end(), from.begin(), from.end()); }
+void append(Bytes& to, const Bytes& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
 
 }  // namespace
 
@@ -58,7 +61,8 @@ TEST_CASE("commands have the bytes and checksums that the manual prints") {
 TEST_CASE("a telegram that is too long, or an output that is too short, is refused") {
   Bytes out(2000);
   CHECK(build_telegram(Direction::from_host, 0, 0x20, Bytes(maximum_length), 0, out) == 0);
-  CHECK(build_telegram(Direction::from_host, 0, 0x20, Bytes(maximum_length - 1), 0, out) == maximum_telegram_bytes);
+  CHECK(build_telegram(Direction::from_host, 0, 0x20, Bytes(maximum_length - 1), 0, out) ==
+        maximum_telegram_bytes);
   CHECK(build_telegram(Direction::from_host, 0, 0x20, Bytes(10), 0, std::span(out).first(16)) == 0);
 }
 
@@ -118,12 +122,13 @@ TEST_CASE("random bytes never make a telegram longer than is legal, and the pars
     Bytes bytes;
     for (int i = random.integer(0, 3000); i > 0; --i) {
       // STX, the address and small lengths come often.
-      bytes.push_back(random.chance(0.3) ? static_cast<std::uint8_t>(random.integer(0, 3))
+      bytes.push_back(random.chance(0.3)   ? static_cast<std::uint8_t>(random.integer(0, 3))
                       : random.chance(0.2) ? std::uint8_t{0x80}
                                            : static_cast<std::uint8_t>(random.integer(0, 255)));
     }
     for (const auto& found : parse(parser, bytes)) CHECK(found.data.size() <= maximum_length);
-    for (int i = 0; i < 4; ++i) append(bytes, telegram(0xb0, Bytes(400, static_cast<std::uint8_t>(round | 0x20))));
+    for (int i = 0; i < 4; ++i)
+      append(bytes, telegram(0xb0, Bytes(400, static_cast<std::uint8_t>(round | 0x20))));
     bytes.erase(bytes.begin(), bytes.end() - 4 * 408);
     const auto found = parse(parser, bytes);
     CHECK(std::any_of(found.begin(), found.end(), [](const Found& f) { return f.data.size() == 400; }));
@@ -157,15 +162,18 @@ TEST_CASE("a recorded telegram of an LMS 200 decodes to 361 ranges in millimetre
     ranges_m.push_back(range_m(word, MeasuringMode::fields_a_b_dazzle, values->unit, counters));
   }
   CHECK(ranges_m.front() == Approx(2.251));
-  CHECK(std::all_of(ranges_m.begin(), ranges_m.end(), [](float range) { return range >= 0 && range < 8.183F; }));
+  CHECK(std::all_of(ranges_m.begin(), ranges_m.end(),
+                    [](float range) { return range >= 0 && range < 8.183F; }));
 }
 
 TEST_CASE("how many bits of a word are the range follows the measuring mode; codes are no ranges") {
   RayCounters counters;
-  CHECK(range_m(0x6123, MeasuringMode::fields_a_b_dazzle, Unit::cm, counters) == Approx(2.91));   // 13 bits: 0x123
-  CHECK(range_m(0x6123, MeasuringMode::fields_a_b, Unit::mm, counters) == Approx(8.483));         // 14 bits: 0x2123
-  CHECK(range_m(0xe123, MeasuringMode::field_a, Unit::mm, counters) == Approx(24.867));           // 15 bits: 0x6123
-  CHECK(range_m(0x1ff6, MeasuringMode::fields_a_b_dazzle, Unit::cm, counters) == Approx(81.82));  // the last range
+  CHECK(range_m(0x6123, MeasuringMode::fields_a_b_dazzle, Unit::cm, counters) ==
+        Approx(2.91));                                                                     // 13 bits: 0x123
+  CHECK(range_m(0x6123, MeasuringMode::fields_a_b, Unit::mm, counters) == Approx(8.483));  // 14 bits: 0x2123
+  CHECK(range_m(0xe123, MeasuringMode::field_a, Unit::mm, counters) == Approx(24.867));    // 15 bits: 0x6123
+  CHECK(range_m(0x1ff6, MeasuringMode::fields_a_b_dazzle, Unit::cm, counters) ==
+        Approx(81.82));  // the last range
   const auto code = [&](std::uint16_t word, MeasuringMode mode) {
     CHECK(range_m(word, mode, Unit::cm, counters) == 0);
   };
@@ -192,10 +200,10 @@ TEST_CASE("measured values whose count does not fit their bytes are refused") {
   CHECK_FALSE(split_measured_values({}));
   const Bytes one{0x01};
   CHECK_FALSE(split_measured_values(one));
-  CHECK_FALSE(split_measured_values(Bytes{0x02, 0x00, 0x01, 0x00}));              // two values promised, one there
-  CHECK_FALSE(split_measured_values(Bytes{0x01, 0x00, 1, 0, 2, 3, 4}));           // three bytes too many
-  CHECK_FALSE(split_measured_values(Bytes{0x01, 0x80, 1, 0}));                    // a reserved unit
-  const Bytes with_index{0x01, 0x70, 1, 0, 200, 9};                               // partial scan at + 0.5 deg, mm
+  CHECK_FALSE(split_measured_values(Bytes{0x02, 0x00, 0x01, 0x00}));     // two values promised, one there
+  CHECK_FALSE(split_measured_values(Bytes{0x01, 0x00, 1, 0, 2, 3, 4}));  // three bytes too many
+  CHECK_FALSE(split_measured_values(Bytes{0x01, 0x80, 1, 0}));           // a reserved unit
+  const Bytes with_index{0x01, 0x70, 1, 0, 200, 9};                      // partial scan at + 0.5 deg, mm
   const auto values = split_measured_values(with_index);
   REQUIRE(values);
   CHECK(values->is_partial);

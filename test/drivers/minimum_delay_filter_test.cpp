@@ -46,7 +46,8 @@ TEST_CASE("a burst of messages that come at once gets the times they were sent")
   for (; n < 500; ++n) filter.add(n * 10 * ns_per_ms, n * 10 * ns_per_ms + 100 * ns_per_us);
   const std::int64_t burst_arrival_ns = (n + 8) * 10 * ns_per_ms;
   for (int i = 0; i < 8; ++i, ++n) {
-    CHECK(std::abs(filter.add(n * 10 * ns_per_ms, burst_arrival_ns) - (n * 10 * ns_per_ms + 100 * ns_per_us)) < 1000);
+    CHECK(std::abs(filter.add(n * 10 * ns_per_ms, burst_arrival_ns) -
+                   (n * 10 * ns_per_ms + 100 * ns_per_us)) < 1000);
   }
 }
 

@@ -20,7 +20,8 @@ using alces::sim::SimulatedLms2xxSettings;
 
 namespace {
 
-/// Ray i measures 2 m + 1 cm * i (at 1 deg), and the sweep's own time is in every range: one cm a sweep, modulo 5 m.
+/// Ray i measures 2 m + 1 cm * i (at 1 deg), and the sweep's own time is in every range: one cm a sweep,
+/// modulo 5 m.
 class Ramp final : public alces::sim::SweepSource {
  public:
   void sweep(std::int64_t first_ray_stamp_ns, double, std::span<float> ranges_m) override {
@@ -60,7 +61,8 @@ class Rig final : public alces::BytePort, public alces::NoticePort, public alces
       const bool is_held_back = random.chance(hold_back_chance);
       if (is_held_back) held_until_ns = now_ns + 25 * ns_per_ms;
       if (now_ns >= held_until_ns) {
-        for (const auto& chunk : waiting) driver.on_bytes(chunk.bytes, std::max(chunk.stamp_ns, held_until_ns));
+        for (const auto& chunk : waiting)
+          driver.on_bytes(chunk.bytes, std::max(chunk.stamp_ns, held_until_ns));
         waiting.clear();
       }
       if (now_ns % (20 * ns_per_ms) == 0) driver.on_tick(now_ns);
@@ -105,7 +107,8 @@ double worst_stamp_error_ns(const Rig& rig, std::size_t from) {
     const auto next = std::lower_bound(truths.begin(), truths.end(), stamp_ns);
     double error = 1e12;
     if (next != truths.end()) error = std::abs(static_cast<double>(*next - stamp_ns));
-    if (next != truths.begin()) error = std::min(error, std::abs(static_cast<double>(*(next - 1) - stamp_ns)));
+    if (next != truths.begin())
+      error = std::min(error, std::abs(static_cast<double>(*(next - 1) - stamp_ns)));
     worst = std::max(worst, error);
   }
   return worst;
@@ -326,7 +329,8 @@ TEST_CASE("refusals are repeated, then answered with a pause and a new search") 
 }
 
 TEST_CASE("a refused password, and a laser that then takes it, are told and got over") {
-  Rig rig({.baud = 500000, .unit = alces::lms2xx::Unit::mm}, {.password = {'w', 'r', 'o', 'n', 'g', '!', '!', '!'}});
+  Rig rig({.baud = 500000, .unit = alces::lms2xx::Unit::mm},
+          {.password = {'w', 'r', 'o', 'n', 'g', '!', '!', '!'}});
   rig.driver.start(rig.now_ns);
   rig.run(20);
   CHECK(rig.driver.state() == LaserState::connecting);
@@ -341,7 +345,8 @@ TEST_CASE("answers that are lost or broken during bring-up only cost time") {
   Rig rig({.baud = 9600, .unit = alces::lms2xx::Unit::mm});
   rig.driver.start(rig.now_ns);
   // The fault strikes when the laser has taken `which` telegrams.
-  for (int ms = 0; ms < 20000 && rig.laser.counters().telegrams_taken < static_cast<unsigned>(which); ++ms) rig.run(1e-3);
+  for (int ms = 0; ms < 20000 && rig.laser.counters().telegrams_taken < static_cast<unsigned>(which); ++ms)
+    rig.run(1e-3);
   if (fault == 0) rig.laser.swallow_telegrams(1);
   if (fault == 1) rig.laser.spoil_checksums(1);
   if (fault == 2) rig.laser.truncate_telegrams(1);
@@ -419,8 +424,9 @@ TEST_CASE("minutes of streaming keep their time") {
     CHECK(count > 4480);
     if (minute > 0) CHECK(worst_stamp_error_ns(rig, 0) < 60e3);
     rig.profiles.clear();
-    if (minute > 0) rig.ramp.first_ray_stamps_ns.erase(rig.ramp.first_ray_stamps_ns.begin(),
-                                                       rig.ramp.first_ray_stamps_ns.end() - 100);
+    if (minute > 0)
+      rig.ramp.first_ray_stamps_ns.erase(rig.ramp.first_ray_stamps_ns.begin(),
+                                         rig.ramp.first_ray_stamps_ns.end() - 100);
   }
   CHECK(rig.driver.parser_counters().bytes_skipped < 20);
 }

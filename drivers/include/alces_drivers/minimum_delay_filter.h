@@ -1,14 +1,14 @@
 // Host time from device time, when all that is known is when messages arrived.
 //
-// Message n left the device at device time d_n and arrived at a_n = host(d_n) + delay_n. Delays are never negative, and
-// now and then nearly zero; so host() is the line that lies below every point (d_n, a_n - d_n) and as close to them as
-// it can: the supporting line of their lower convex hull at the mean device time (Moon, Skelly, Towsley 1999,
-// "Estimation and removal of clock skew from network delay measurements").
+// Message n left the device at device time d_n and arrived at a_n = host(d_n) + delay_n. Delays are never
+// negative, and now and then nearly zero; so host() is the line that lies below every point (d_n, a_n - d_n)
+// and as close to them as it can: the supporting line of their lower convex hull at the mean device time
+// (Moon, Skelly, Towsley 1999, "Estimation and removal of clock skew from network delay measurements").
 //
-// Time is cut into blocks; each keeps its least delayed message, and the newest `block_count` blocks count. So the
-// line follows a slow drift, a burst of late messages moves nothing, and a step of the least delay is forgotten after
-// block_count * block_ns. The least delay itself cannot be seen: it remains as a constant offset, for the caller to
-// take off. A message that arrives sooner than ever moves the line down at once.
+// Time is cut into blocks; each keeps its least delayed message, and the newest `block_count` blocks count.
+// So the line follows a slow drift, a burst of late messages moves nothing, and a step of the least delay is
+// forgotten after block_count * block_ns. The least delay itself cannot be seen: it remains as a constant
+// offset, for the caller to take off. A message that arrives sooner than ever moves the line down at once.
 //
 // Cost: O(1) a message, O(block_count) when a block's best message changes. About 1 KiB.
 #pragma once

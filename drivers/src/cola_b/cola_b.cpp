@@ -33,7 +33,16 @@ struct Step {
   bool is_optional;  ///< an error answer is passed over
 };
 
-enum : std::uint32_t { log_in, set_scan, set_output, start_measurement, run, wait_until_ready, stream, step_count };
+enum : std::uint32_t {
+  log_in,
+  set_scan,
+  set_output,
+  start_measurement,
+  run,
+  wait_until_ready,
+  stream,
+  step_count
+};
 
 constexpr std::array<Step, step_count> dialogue{{
     {"logging in", "sMN SetAccessMode", "sAN SetAccessMode", Check::is_1, false},
@@ -95,7 +104,8 @@ Payload request_of(std::uint32_t step, const ColaBConfig& config) {
       payload.text(" ");
       payload.number(1, 1);
       break;
-    default: break;
+    default:
+      break;
   }
   return payload;
 }
@@ -123,33 +133,60 @@ bool is_left_out(std::uint32_t step, const ColaBConfig& config) {
 
 const char* cola_b::error_text(std::uint32_t code) {
   switch (code) {
-    case 1: return "the laser refuses a method: access denied";
-    case 2: return "the laser does not know a method";
-    case 3: return "the laser does not know a variable";
-    case 4: return "the laser refuses: a local condition failed";
-    case 5: return "the laser refuses: invalid data";
-    case 6: return "the laser reports an unknown error";
-    case 7: return "the laser refuses: too many data (buffer overflow)";
-    case 8: return "the laser refuses: too few data (buffer underflow)";
-    case 9: return "the laser refuses: unknown type";
-    case 10: return "the laser refuses to write a variable: access denied";
-    case 11: return "the laser's name server does not know a command";
-    case 12: return "the laser does not know a CoLa command";
-    case 13: return "the laser's method server is busy";
-    case 14: return "the laser refuses: array index out of bounds";
-    case 15: return "the laser does not know an event";
-    case 16: return "the laser refuses: a CoLa A value overflows";
-    case 17: return "the laser refuses: invalid CoLa A character";
-    case 18: return "the laser's operating system has no message";
-    case 19: return "the laser's operating system has no answer";
-    case 20: return "the laser reports an internal error";
-    case 21: return "the laser refuses: the hub address is corrupt";
-    case 22: return "the laser refuses: the hub address cannot be decoded";
-    case 23: return "the laser refuses: too many hub addresses";
-    case 24: return "the laser refuses: a blank is missing in the hub address";
-    case 25: return "the laser refuses: asynchronous methods are suppressed";
-    case 26: return "the laser refuses: nested arrays are not supported";
-    default: return "the laser reports an error that is not in the manual";
+    case 1:
+      return "the laser refuses a method: access denied";
+    case 2:
+      return "the laser does not know a method";
+    case 3:
+      return "the laser does not know a variable";
+    case 4:
+      return "the laser refuses: a local condition failed";
+    case 5:
+      return "the laser refuses: invalid data";
+    case 6:
+      return "the laser reports an unknown error";
+    case 7:
+      return "the laser refuses: too many data (buffer overflow)";
+    case 8:
+      return "the laser refuses: too few data (buffer underflow)";
+    case 9:
+      return "the laser refuses: unknown type";
+    case 10:
+      return "the laser refuses to write a variable: access denied";
+    case 11:
+      return "the laser's name server does not know a command";
+    case 12:
+      return "the laser does not know a CoLa command";
+    case 13:
+      return "the laser's method server is busy";
+    case 14:
+      return "the laser refuses: array index out of bounds";
+    case 15:
+      return "the laser does not know an event";
+    case 16:
+      return "the laser refuses: a CoLa A value overflows";
+    case 17:
+      return "the laser refuses: invalid CoLa A character";
+    case 18:
+      return "the laser's operating system has no message";
+    case 19:
+      return "the laser's operating system has no answer";
+    case 20:
+      return "the laser reports an internal error";
+    case 21:
+      return "the laser refuses: the hub address is corrupt";
+    case 22:
+      return "the laser refuses: the hub address cannot be decoded";
+    case 23:
+      return "the laser refuses: too many hub addresses";
+    case 24:
+      return "the laser refuses: a blank is missing in the hub address";
+    case 25:
+      return "the laser refuses: asynchronous methods are suppressed";
+    case 26:
+      return "the laser refuses: nested arrays are not supported";
+    default:
+      return "the laser reports an error that is not in the manual";
   }
 }
 
@@ -160,7 +197,8 @@ const char* problem(const ColaBConfig& config) {
   if (!(std::abs(config.straight_ahead_deg) <= 360)) return "straight_ahead_deg must be within 360 deg";
   if (config.sets_scan) {
     if (config.model == cola_b::Model::tim) return "the scan of a TiM cannot be set";
-    if (!(config.angle_step_deg >= 0.01 && config.angle_step_deg <= 10)) return "angle_step_deg must be 0.01 to 10";
+    if (!(config.angle_step_deg >= 0.01 && config.angle_step_deg <= 10))
+      return "angle_step_deg must be 0.01 to 10";
     if (!(config.start_angle_deg >= -180 && config.stop_angle_deg <= 360 &&
           config.start_angle_deg < config.stop_angle_deg)) {
       return "start_angle_deg must be below stop_angle_deg";
@@ -178,13 +216,19 @@ ColaB::ColaB(const ColaBConfig& config, BytePort& port, NoticePort& notices, Pro
 
 LaserState ColaB::state() const {
   switch (phase_) {
-    case Phase::stopped: return LaserState::stopped;
-    case Phase::bad_config: return LaserState::failed;
+    case Phase::stopped:
+      return LaserState::stopped;
+    case Phase::bad_config:
+      return LaserState::failed;
     case Phase::waiting_for_link:
-    case Phase::backing_off: return LaserState::connecting;
-    case Phase::in_dialogue: return LaserState::configuring;
-    case Phase::measuring: return LaserState::measuring;
-    case Phase::stopping: return LaserState::stopping;
+    case Phase::backing_off:
+      return LaserState::connecting;
+    case Phase::in_dialogue:
+      return LaserState::configuring;
+    case Phase::measuring:
+      return LaserState::measuring;
+    case Phase::stopping:
+      return LaserState::stopping;
   }
   return LaserState::failed;
 }
@@ -265,7 +309,8 @@ void ColaB::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t stamp_ns)
     const std::size_t taken = parser_.push(bytes);
     bytes = bytes.subspan(taken);
     while (const auto payload = parser_.next()) on_payload(*payload, stamp_ns);
-    if (taken == 0 && parser_.pending_bytes() > 0 && !bytes.empty()) parser_.discard();  // cannot be: never hang
+    if (taken == 0 && parser_.pending_bytes() > 0 && !bytes.empty())
+      parser_.discard();  // cannot be: never hang
   }
 }
 
@@ -273,7 +318,8 @@ void ColaB::on_tick(std::int64_t now_ns) {
   switch (phase_) {
     case Phase::stopped:
     case Phase::bad_config:
-    case Phase::waiting_for_link: return;
+    case Phase::waiting_for_link:
+      return;
     case Phase::backing_off:
       if (now_ns >= deadline_ns_) begin(now_ns);
       return;
@@ -285,14 +331,16 @@ void ColaB::on_tick(std::int64_t now_ns) {
       parser_.discard();
       if (told_failure_ == nullptr) {
         told_failure_ = "no scan data come";
-        raise(now_ns, Severity::warning,
-              config_.is_listen_only ? "no scan data come" : "no scan data come; bringing the laser up again");
+        raise(
+            now_ns, Severity::warning,
+            config_.is_listen_only ? "no scan data come" : "no scan data come; bringing the laser up again");
       }
       if (!config_.is_listen_only) begin(now_ns);
       return;
     }
     case Phase::in_dialogue:
-    case Phase::stopping: break;
+    case Phase::stopping:
+      break;
   }
   if (now_ns < deadline_ns_) return;
   if (is_waiting_to_ask_) {
@@ -368,7 +416,8 @@ void ColaB::on_payload(std::span<const std::uint8_t> payload, std::int64_t stamp
     }
     return;
   }
-  const bool awaits_answer = (phase_ == Phase::in_dialogue && !is_waiting_to_ask_) || phase_ == Phase::stopping;
+  const bool awaits_answer =
+      (phase_ == Phase::in_dialogue && !is_waiting_to_ask_) || phase_ == Phase::stopping;
   if (awaits_answer && begins_with(payload, "sFA")) {
     on_error_answer(payload, stamp_ns);
   } else if (phase_ == Phase::stopping && begins_with(payload, dialogue[stream].answer)) {
@@ -404,14 +453,16 @@ void ColaB::on_answer(std::span<const std::uint8_t> result, std::int64_t now_ns)
     back_off(now_ns, why);
   };
   switch (dialogue[step_].check) {
-    case Check::anything: break;
+    case Check::anything:
+      break;
     case Check::is_0:
       if (!result.empty() && result[0] == 0) break;
       return refused(step_ == set_scan ? "the laser refuses frequency, resolution or field of view"
                                        : "the laser refuses to measure");
     case Check::is_1:
       if (!result.empty() && result[0] == 1) break;
-      return refused(step_ == log_in ? "the laser refuses the password" : "the laser refuses to run or to stream");
+      return refused(step_ == log_in ? "the laser refuses the password"
+                                     : "the laser refuses to run or to stream");
     case Check::measures:
       if (result.size() >= 2 && result[0] * 256U + result[1] == 7) break;
       if (now_ns >= step_limit_ns_) return refused("the laser does not get ready to measure");
@@ -448,7 +499,8 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
   const std::uint32_t rays_per_turn = scan ? cola_b::rays_per_turn(scan->dist1.angle_step) : 0;
   if (rays_per_turn == 0 || scan->scan_frequency == 0 || scan->dist1.count > Profile::maximum_rays) {
     if (counters_.unreadable_scans++ == 0) {
-      raise(stamp_ns, Severity::error, "scan data cannot be used; rays", scan ? std::int64_t{scan->dist1.count} : 0);
+      raise(stamp_ns, Severity::error, "scan data cannot be used; rays",
+            scan ? std::int64_t{scan->dist1.count} : 0);
     }
     return;
   }
@@ -498,8 +550,7 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
   profile_.count = scan->dist1.count;
   for (std::uint32_t i = 0; i < profile_.count; ++i) {
     const std::uint16_t value = scan->dist1.value(i);
-    const float range_m =
-        0.001F * (static_cast<float>(value) * scan->dist1.scale + scan->dist1.offset);
+    const float range_m = 0.001F * (static_cast<float>(value) * scan->dist1.scale + scan->dist1.offset);
     const bool is_range = value >= least_range && range_m > 0 && range_m < 1000;
     profile_.range_m[i] = is_range ? range_m : 0;
     if (!is_range) ++counters_.rays_without_range;

@@ -20,7 +20,8 @@ std::size_t build_frame(std::span<const std::uint8_t> payload, std::span<std::ui
   const std::size_t size = payload.size() + frame_overhead_bytes;
   if (payload.empty() || payload.size() > maximum_payload_bytes || out.size() < size) return 0;
   std::fill_n(out.begin(), 4, stx);
-  for (std::size_t i = 0; i < 4; ++i) out[4 + i] = static_cast<std::uint8_t>(payload.size() >> (24 - 8 * i) & 0xffU);
+  for (std::size_t i = 0; i < 4; ++i)
+    out[4 + i] = static_cast<std::uint8_t>(payload.size() >> (24 - 8 * i) & 0xffU);
   std::copy(payload.begin(), payload.end(), out.begin() + header_bytes);
   out[size - 1] = checksum(payload);
   return size;
@@ -28,8 +29,8 @@ std::size_t build_frame(std::span<const std::uint8_t> payload, std::span<std::ui
 
 std::size_t FrameParser::push(std::span<const std::uint8_t> bytes) {
   if (bytes.size() > bytes_.size() - end_ && begin_ > 0) {
-    std::copy(bytes_.begin() + static_cast<std::ptrdiff_t>(begin_), bytes_.begin() + static_cast<std::ptrdiff_t>(end_),
-              bytes_.begin());
+    std::copy(bytes_.begin() + static_cast<std::ptrdiff_t>(begin_),
+              bytes_.begin() + static_cast<std::ptrdiff_t>(end_), bytes_.begin());
     end_ -= begin_;
     begin_ = 0;
   }
@@ -55,7 +56,8 @@ std::optional<std::span<const std::uint8_t>> FrameParser::next() {
       continue;
     }
     if (rest.size() < header_bytes) return std::nullopt;
-    const std::size_t length = static_cast<std::size_t>(rest[4]) << 24 | static_cast<std::size_t>(rest[5]) << 16 |
+    const std::size_t length = static_cast<std::size_t>(rest[4]) << 24 |
+                               static_cast<std::size_t>(rest[5]) << 16 |
                                static_cast<std::size_t>(rest[6]) << 8 | rest[7];
     if (length == 0 || length > maximum_payload_bytes) {
       ++counters_.bad_lengths;

@@ -115,7 +115,8 @@ double first_ray_offset_us(const ScanData& scan) {
   const double turn_us = 1e8 / scan.scan_frequency;
   const double sweep_us = turn_us * scan.dist1.count / rays;
   const double since_zero_us = (scan.dist1.start_angle * 1e-4 - zero_index_deg) / 360 * turn_us;
-  const auto to_transmission_us = static_cast<double>(scan.transmission_us - scan.start_us);  // wraps with them
+  const auto to_transmission_us =
+      static_cast<double>(scan.transmission_us - scan.start_us);  // wraps with them
   return to_transmission_us < sweep_us ? since_zero_us - turn_us : since_zero_us;
 }
 

@@ -20,7 +20,9 @@ void Gps::raise(std::int64_t now_ns, Severity severity, const char* text) {
   notices_.raise({now_ns, severity, config_.name, text, 0, false});
 }
 
-const GpsFix& Gps::fix(std::uint32_t age) const { return fixes_[(newest_ + history - age) % history]; }
+const GpsFix& Gps::fix(std::uint32_t age) const {
+  return fixes_[(newest_ + history - age) % history];
+}
 
 void Gps::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t stamp_ns) {
   for (const std::uint8_t byte : bytes) {
@@ -70,7 +72,7 @@ void Gps::on_sentence(const nmea::Sentence& sentence, std::int64_t stamp_ns) {
     constexpr std::int32_t day_ms = 86'400'000;
     std::int32_t step_ms = 1;
     if (sentence.time_of_day_ms && last_time_ms_) step_ms = *sentence.time_of_day_ms - *last_time_ms_;
-    if (step_ms < -day_ms / 2) step_ms += day_ms;  // midnight
+    if (step_ms < -day_ms / 2) step_ms += day_ms;                               // midnight
     const bool is_long_ago = stamp_ns - this->fix(0).stamp_ns > 30 * ns_per_s;  // the receiver's time was set
     if ((step_ms <= 0 && !is_long_ago) || fix.stamp_ns <= this->fix(0).stamp_ns) {
       ++counters_.time_backwards;
@@ -106,7 +108,8 @@ bool Gps::is_good_enough(const nmea::Sentence& sentence) {
 }
 
 bool Gps::is_reachable(const GpsFix& from, const GpsFix& to) const {
-  const double reach_m = config_.maximum_speed_m_s * seconds(to.stamp_ns - from.stamp_ns) + config_.jump_slack_m;
+  const double reach_m =
+      config_.maximum_speed_m_s * seconds(to.stamp_ns - from.stamp_ns) + config_.jump_slack_m;
   return (to.enu_m - from.enu_m).head<2>().norm() <= reach_m;
 }
 
@@ -119,7 +122,8 @@ bool Gps::is_plausible(const GpsFix& fix, std::int64_t now_ns) {
   const bool agrees = jumped_count_ > 0 && is_reachable(jumped_, fix);
   jumped_count_ = agrees ? jumped_count_ + 1 : 1;
   jumped_ = fix;
-  if (jumped_count_ == 1) raise(now_ns, Severity::warning, "a position that cannot be reached is not believed");
+  if (jumped_count_ == 1)
+    raise(now_ns, Severity::warning, "a position that cannot be reached is not believed");
   if (jumped_count_ < config_.jump_patience) return false;
   // The old place was the wrong one: nothing is interpolated across.
   ++counters_.jumps_believed;

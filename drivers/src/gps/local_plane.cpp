@@ -29,8 +29,8 @@ LocalPlane::LocalPlane(const Geodetic& origin) : origin_ecef_m_(ecef_from_geodet
   const double cos_lat = std::cos(deg * origin.latitude_deg);
   const double sin_lon = std::sin(deg * origin.longitude_deg);
   const double cos_lon = std::cos(deg * origin.longitude_deg);
-  enu_from_ecef_ << -sin_lon, cos_lon, 0,                              //
-      -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat,                 //
+  enu_from_ecef_ << -sin_lon, cos_lon, 0,               //
+      -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat,  //
       cos_lat * cos_lon, cos_lat * sin_lon, sin_lat;
 }
 

@@ -13,7 +13,16 @@ int hex_digit(char character) {
   return -1;
 }
 
-bool is_digit(char character) { return character >= '0' && character <= '9'; }
+/// The first `count` characters, all if there are fewer; string_view's substr() would bring an exception
+/// along.
+std::string_view head(std::string_view text, std::size_t count) {
+  text.remove_suffix(text.size() - std::min(text.size(), count));
+  return text;
+}
+
+bool is_digit(char character) {
+  return character >= '0' && character <= '9';
+}
 
 /// [-]digits[.digits], at most 15 digits before the point; nothing else.
 std::optional<double> decimal(std::string_view text) {
@@ -48,7 +57,7 @@ class Fields {
   explicit Fields(std::string_view line) {
     while (count_ < fields_.size()) {
       const std::size_t comma = line.find(',');
-      fields_[count_++] = line.substr(0, comma);
+      fields_[count_++] = head(line, comma);
       if (comma == std::string_view::npos) return;
       line.remove_prefix(comma + 1);
     }
@@ -142,7 +151,7 @@ std::optional<std::string_view> LineAssembler::finish() {
     ++counters_.without_checksum;
     return std::nullopt;
   }
-  const std::string_view content = line.substr(0, line.size() - 3);
+  const std::string_view content = head(line, line.size() - 3);
   unsigned sum = 0;
   for (const char character : content) sum ^= static_cast<unsigned char>(character);
   const int high = hex_digit(line[line.size() - 2]);
@@ -159,7 +168,8 @@ ParsedSentence parse(std::string_view line) {
   const Fields fields(line);
   const std::string_view address = fields[0];
   if (address.size() != 5 || address.front() == 'P') return {};
-  const std::string_view type = address.substr(2);
+  std::string_view type = address;
+  type.remove_prefix(2);
   Sentence sentence;
   if (type == "GGA") {
     if (fields.count() < 10 || !read_time(fields[1], sentence) || !read_position(fields, 2, sentence)) {
@@ -174,7 +184,8 @@ ParsedSentence parse(std::string_view line) {
     }
     sentence.hdop = decimal(fields[8]);
     sentence.altitude_m = decimal(fields[9]);
-    if (const auto geoid_m = decimal(fields[11]); sentence.altitude_m && geoid_m) *sentence.altitude_m += *geoid_m;
+    if (const auto geoid_m = decimal(fields[11]); sentence.altitude_m && geoid_m)
+      *sentence.altitude_m += *geoid_m;
     return {sentence, false};
   }
   if (type == "RMC") {

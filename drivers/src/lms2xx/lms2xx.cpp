@@ -48,11 +48,16 @@ constexpr std::uint32_t unexpected_limit = 20;
 
 std::uint8_t rate_mode(std::uint32_t baud) {
   switch (baud) {
-    case 9600: return 0x42;
-    case 19200: return 0x41;
-    case 38400: return 0x40;
-    case 500000: return 0x48;
-    default: return 0;
+    case 9600:
+      return 0x42;
+    case 19200:
+      return 0x41;
+    case 38400:
+      return 0x40;
+    case 500000:
+      return 0x48;
+    default:
+      return 0;
   }
 }
 
@@ -71,7 +76,8 @@ const char* problem(const Lms2xxConfig& config) {
     return "the field of view must be 100 or 180 deg";
   }
   const std::uint32_t resolution = config.resolution_hundredths_deg;
-  if (resolution != 100 && resolution != 50 && resolution != 25) return "the resolution must be 1, 0.5 or 0.25 deg";
+  if (resolution != 100 && resolution != 50 && resolution != 25)
+    return "the resolution must be 1, 0.5 or 0.25 deg";
   if (resolution == 25 && config.field_of_view_deg != 100) {
     return "a resolution of 0.25 deg needs the field of view of 100 deg";
   }
@@ -87,22 +93,28 @@ Lms2xx::Lms2xx(const Lms2xxConfig& config, BytePort& port, NoticePort& notices, 
 
 LaserState Lms2xx::state() const {
   switch (phase_) {
-    case Phase::stopped: return LaserState::stopped;
-    case Phase::bad_config: return LaserState::failed;
+    case Phase::stopped:
+      return LaserState::stopped;
+    case Phase::bad_config:
+      return LaserState::failed;
     case Phase::waiting_for_link:
     case Phase::backing_off:
     case Phase::searching:
     case Phase::changing_rate:
     case Phase::settling:
-    case Phase::confirming_rate: return LaserState::connecting;
+    case Phase::confirming_rate:
+      return LaserState::connecting;
     case Phase::reading_status:
     case Phase::reading_configuration:
     case Phase::entering_installation:
     case Phase::setting_variant:
     case Phase::writing_configuration:
-    case Phase::starting_stream: return LaserState::configuring;
-    case Phase::measuring: return LaserState::measuring;
-    case Phase::stopping: return LaserState::stopping;
+    case Phase::starting_stream:
+      return LaserState::configuring;
+    case Phase::measuring:
+      return LaserState::measuring;
+    case Phase::stopping:
+      return LaserState::stopping;
   }
   return LaserState::failed;
 }
@@ -215,7 +227,8 @@ void Lms2xx::on_tick(std::int64_t now_ns) {
   switch (phase_) {
     case Phase::stopped:
     case Phase::bad_config:
-    case Phase::waiting_for_link: return;
+    case Phase::waiting_for_link:
+      return;
     case Phase::backing_off:
       if (now_ns >= deadline_ns_) search(now_ns);
       return;
@@ -231,9 +244,9 @@ void Lms2xx::on_tick(std::int64_t now_ns) {
       last_values_ns_ = now_ns;
       if (told_failure_ == nullptr) {
         told_failure_ = "no measured values come";
-        raise(now_ns, Severity::warning, config_.is_listen_only
-                                             ? "no measured values come"
-                                             : "no measured values come; bringing the laser up again");
+        raise(now_ns, Severity::warning,
+              config_.is_listen_only ? "no measured values come"
+                                     : "no measured values come; bringing the laser up again");
       }
       if (!config_.is_listen_only) search(now_ns);
       return;
@@ -254,8 +267,10 @@ bool Lms2xx::awaits_answer() const {
     case Phase::waiting_for_link:
     case Phase::backing_off:
     case Phase::settling:
-    case Phase::measuring: return false;
-    default: return true;
+    case Phase::measuring:
+      return false;
+    default:
+      return true;
   }
 }
 
@@ -275,9 +290,8 @@ void Lms2xx::request_mode(std::uint8_t mode, std::int64_t time_out_ns, std::int6
 
 void Lms2xx::transmit(std::int64_t now_ns) {
   std::array<std::uint8_t, 64 + lms2xx::frame_bytes> out{};
-  const std::size_t size =
-      lms2xx::build_telegram(lms2xx::Direction::from_host, config_.address, request_[0],
-                             std::span(request_).subspan(1, request_size_ - 1), 0, out);
+  const std::size_t size = lms2xx::build_telegram(lms2xx::Direction::from_host, config_.address, request_[0],
+                                                  std::span(request_).subspan(1, request_size_ - 1), 0, out);
   ++counters_.requests;
   if (!port_.write(std::span(out).first(size))) ++counters_.writes_refused;
   if (tries_left_ > 0) --tries_left_;
@@ -299,7 +313,9 @@ void Lms2xx::repeat_or_give_up(std::int64_t now_ns, const char* why) {
       enter(Phase::stopped, "stopped; the laser did not confirm it");
       raise(now_ns, Severity::warning, "the laser did not confirm the end of its stream");
       return;
-    default: back_off(now_ns, why); return;
+    default:
+      back_off(now_ns, why);
+      return;
   }
 }
 
@@ -425,7 +441,8 @@ void Lms2xx::on_answer(const Telegram& telegram, std::int64_t now_ns) {
       return;
     case Phase::changing_rate:
       if (result != 0) return refused("the laser refuses the baud rate");
-      if (!set_rate(config_.baud, now_ns)) return back_off(now_ns, "the line cannot do the laser's new baud rate");
+      if (!set_rate(config_.baud, now_ns))
+        return back_off(now_ns, "the line cannot do the laser's new baud rate");
       enter(Phase::settling, "waiting for the new baud rate");
       deadline_ns_ = now_ns + settling_ns;
       return;
@@ -478,8 +495,12 @@ void Lms2xx::on_answer(const Telegram& telegram, std::int64_t now_ns) {
       if (result != 0) return refused("the laser refuses to stream measured values");
       begin_measuring(now_ns);
       return;
-    case Phase::stopping: enter(Phase::stopped, "stopped"); return;
-    default: ++counters_.telegrams_ignored; return;
+    case Phase::stopping:
+      enter(Phase::stopped, "stopped");
+      return;
+    default:
+      ++counters_.telegrams_ignored;
+      return;
   }
 }
 
@@ -487,10 +508,9 @@ void Lms2xx::configure_next(std::int64_t now_ns) {
   if (variant_differs_) {
     enter(Phase::setting_variant, "setting field of view and resolution");
     const auto low = [](std::uint32_t value) { return static_cast<std::uint8_t>(value & 0xffU); };
-    const std::array<std::uint8_t, 5> payload{change_variant, low(config_.field_of_view_deg),
-                                              low(config_.field_of_view_deg >> 8),
-                                              low(config_.resolution_hundredths_deg),
-                                              low(config_.resolution_hundredths_deg >> 8)};
+    const std::array<std::uint8_t, 5> payload{
+        change_variant, low(config_.field_of_view_deg), low(config_.field_of_view_deg >> 8),
+        low(config_.resolution_hundredths_deg), low(config_.resolution_hundredths_deg >> 8)};
     request(payload, mode_time_out_ns, now_ns);
   } else if (configuration_differs_) {
     enter(Phase::writing_configuration, "writing unit and measuring mode");
@@ -505,8 +525,8 @@ void Lms2xx::configure_next(std::int64_t now_ns) {
 
 void Lms2xx::start_stream(std::int64_t now_ns) {
   enter(Phase::starting_stream, "starting the stream of measured values");
-  request_mode(config_.resolution_hundredths_deg == 100 ? mode_stream_all : mode_stream_partial, mode_time_out_ns,
-               now_ns);
+  request_mode(config_.resolution_hundredths_deg == 100 ? mode_stream_all : mode_stream_partial,
+               mode_time_out_ns, now_ns);
 }
 
 // ---- measuring
@@ -543,7 +563,8 @@ void Lms2xx::watch_status(std::uint8_t status, std::int64_t now_ns) {
   }
   const int severity = told & severity_bits;
   if (severity > (told_status_ & severity_bits) && severity >= 2) {
-    raise(now_ns, severity == 2 ? Severity::warning : Severity::error, "the laser reports a problem; level", severity);
+    raise(now_ns, severity == 2 ? Severity::warning : Severity::error, "the laser reports a problem; level",
+          severity);
   }
   told_status_ = told;
 }
@@ -558,7 +579,8 @@ void Lms2xx::on_values(const Telegram& telegram, std::int64_t end_stamp_ns) {
     ++counters_.unexpected_layouts;
     if (++unexpected_in_a_row_ == unexpected_limit) {
       unexpected_in_a_row_ = 0;
-      raise(end_stamp_ns, Severity::error, "the measured values are not laid out as configured; values a telegram",
+      raise(end_stamp_ns, Severity::error,
+            "the measured values are not laid out as configured; values a telegram",
             values ? static_cast<std::int64_t>(values->count) : 0);
       if (!config_.is_listen_only) search(end_stamp_ns);
     }
@@ -571,18 +593,17 @@ void Lms2xx::on_values(const Telegram& telegram, std::int64_t end_stamp_ns) {
 
   const TelegramParser::Counters& parsed = parser_.counters();
   const std::uint64_t damage = parsed.bytes_skipped + parsed.crc_errors;
-  const lms2xx::SweepClock::Sweep sweep =
-      clock_.add({.stamp_ns = end_stamp_ns,
-                  .nominal_turns = nominal_turns(telegram.wire_bytes),
-                  .bytes_were_lost = damage != damage_seen_,
-                  .turn_index = values->turn_index});
+  const lms2xx::SweepClock::Sweep sweep = clock_.add({.stamp_ns = end_stamp_ns,
+                                                      .nominal_turns = nominal_turns(telegram.wire_bytes),
+                                                      .bytes_were_lost = damage != damage_seen_,
+                                                      .turn_index = values->turn_index});
   damage_seen_ = damage;
 
   constexpr double deg = std::numbers::pi / 180;
   profile_.ray_interval_ns = clock_.turn_ns() / 360;
-  const double since_first_ray_ns = static_cast<double>(telegram.wire_bytes) * byte_ns() +
-                                    static_cast<double>(config_.send_delay_ns) +
-                                    (config_.field_of_view_deg - 0.25 * values->quarter_deg) * profile_.ray_interval_ns;
+  const double since_first_ray_ns =
+      static_cast<double>(telegram.wire_bytes) * byte_ns() + static_cast<double>(config_.send_delay_ns) +
+      (config_.field_of_view_deg - 0.25 * values->quarter_deg) * profile_.ray_interval_ns;
   profile_.first_ray_stamp_ns = sweep.stamp_ns - std::llround(since_first_ray_ns);
   profile_.first_angle_rad = deg * (0.25 * values->quarter_deg - 0.5 * config_.field_of_view_deg);
   profile_.angle_step_rad = deg;

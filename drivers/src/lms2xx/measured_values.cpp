@@ -11,12 +11,15 @@ unsigned range_bits(MeasuringMode mode) {
   switch (mode) {
     case MeasuringMode::fields_a_b_dazzle:
     case MeasuringMode::reflector_8_levels:
-    case MeasuringMode::fields_a_b_c: return 13;
+    case MeasuringMode::fields_a_b_c:
+      return 13;
     case MeasuringMode::reflector_4_levels:
-    case MeasuringMode::fields_a_b: return 14;
+    case MeasuringMode::fields_a_b:
+      return 14;
     case MeasuringMode::reflector_2_levels:
     case MeasuringMode::field_a:
-    case MeasuringMode::no_flags: break;
+    case MeasuringMode::no_flags:
+      break;
   }
   return 15;
 }
@@ -54,12 +57,24 @@ float range_m(std::uint16_t word, MeasuringMode mode, Unit unit, RayCounters& co
   // 13 bits: 8183 and up. The codes keep their distance to the highest value in the other modes.
   if (value + 8U >= highest) {
     switch (highest - value) {
-      case 8: ++counters.beyond_reach; break;
-      case 5: ++counters.channel_error; break;
-      case 4: ++counters.too_weak; break;
-      case 2: ++counters.overflow; break;
-      case 1: ++counters.dazzled; break;
-      default: ++counters.not_valid; break;
+      case 8:
+        ++counters.beyond_reach;
+        break;
+      case 5:
+        ++counters.channel_error;
+        break;
+      case 4:
+        ++counters.too_weak;
+        break;
+      case 2:
+        ++counters.overflow;
+        break;
+      case 1:
+        ++counters.dazzled;
+        break;
+      default:
+        ++counters.not_valid;
+        break;
     }
     return 0;
   }

@@ -54,7 +54,8 @@ std::int64_t SweepClock::turns_since_last(const Arrival& arrival) {
   if (arrival.turn_index && last_index_) {
     const auto step = static_cast<std::uint8_t>(*arrival.turn_index - *last_index_);
     // The index tells turns apart modulo 256; whole rounds of it come from the arrival.
-    const double rounds = std::round((late_turns + static_cast<double>(arrival.nominal_turns - step)) / 256.0);
+    const double rounds =
+        std::round((late_turns + static_cast<double>(arrival.nominal_turns - step)) / 256.0);
     const std::int64_t turns = step + 256 * std::max<std::int64_t>(0, std::llround(rounds));
     return std::max<std::int64_t>(1, turns);
   }

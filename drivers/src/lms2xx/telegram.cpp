@@ -19,7 +19,8 @@ std::uint16_t crc16(std::span<const std::uint8_t> bytes) {
 }
 
 std::size_t build_telegram(Direction direction, std::uint8_t address, std::uint8_t command,
-                           std::span<const std::uint8_t> data, std::uint8_t status, std::span<std::uint8_t> out) {
+                           std::span<const std::uint8_t> data, std::uint8_t status,
+                           std::span<std::uint8_t> out) {
   const bool has_status = direction == Direction::from_laser;
   const std::size_t length = 1 + data.size() + (has_status ? 1 : 0);
   if (length > maximum_length || out.size() < length + frame_bytes) return 0;

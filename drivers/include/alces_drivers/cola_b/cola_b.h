@@ -1,18 +1,19 @@
 // SICK LMS 1xx, LMS 5xx and TiM over CoLa B on TCP (port 2112).
 //
-// Start-up is a table of requests, each with the answer that it needs ("Telegram listing", SICK 8014631, chapters 3, 4):
+// Start-up is a table of requests, each with the answer that it needs ("Telegram listing", SICK 8014631,
+// chapters 3, 4):
 //   SetAccessMode     log in as "authorized client", whose password hash is a published default
 //   mLMPsetscancfg    frequency, resolution, field of view; LMS only, and only when configured
 //   LMDscandatacfg    first echo, no remission, every scan
 //   LMCstartmeas, Run, STlms until the mirror runs and the laser measures (up to a minute after power-on)
 //   LMDscandata       start the stream
-// An error answer (sFA) is told with its text; where a request is a courtesy that some firmware lacks it is passed over,
-// otherwise the dialogue starts again after a pause, as it does after silence.
+// An error answer (sFA) is told with its text; where a request is a courtesy that some firmware lacks it is
+// passed over, otherwise the dialogue starts again after a pause, as it does after silence.
 //
 // Angles: these lasers count anticlockwise with 90 deg straight ahead; profiles have 0 there.
-// Time: each telegram carries the laser's microseconds at the sweep and at its transmission. A MinimumDelayFilter learns
-// host time from transmission and arrival; the ray times are the device's (see first_ray_offset_us). 32-bit
-// microseconds wrap every 71.6 minutes and are unwrapped.
+// Time: each telegram carries the laser's microseconds at the sweep and at its transmission. A
+// MinimumDelayFilter learns host time from transmission and arrival; the ray times are the device's (see
+// first_ray_offset_us). 32-bit microseconds wrap every 71.6 minutes and are unwrapped.
 //
 // The connection is the platform's: it calls on_link(true) when connected, and again after a loss.
 //
@@ -44,11 +45,11 @@ struct ColaBConfig {
   const char* name = "laser a";  ///< in notices; static storage
   std::uint8_t laser = 0;        ///< in profiles
   cola_b::Model model = cola_b::Model::lms5xx;
-  double scan_frequency_hz = 25;    ///< expected; set in the laser when sets_scan
-  double straight_ahead_deg = 90;   ///< the laser's angle that is 0 in profiles
-  bool sets_scan = false;           ///< have the laser take scan_frequency_hz and the three values below
+  double scan_frequency_hz = 25;   ///< expected; set in the laser when sets_scan
+  double straight_ahead_deg = 90;  ///< the laser's angle that is 0 in profiles
+  bool sets_scan = false;          ///< have the laser take scan_frequency_hz and the three values below
   double angle_step_deg = 0.5;
-  double start_angle_deg = -5;      ///< the laser's angle
+  double start_angle_deg = -5;  ///< the laser's angle
   double stop_angle_deg = 185;
   std::uint32_t password_hash = 0xf4724744;
   /// The stream is there already, or a recorded one is replayed: nothing is sent.
@@ -62,17 +63,17 @@ class ColaB final : public Laser {
  public:
   struct Counters {
     std::uint64_t profiles = 0;
-    std::uint64_t dialogues = 0;          ///< start-ups begun
-    std::uint64_t requests = 0;           ///< repetitions included
-    std::uint64_t writes_refused = 0;     ///< by the port
+    std::uint64_t dialogues = 0;       ///< start-ups begun
+    std::uint64_t requests = 0;        ///< repetitions included
+    std::uint64_t writes_refused = 0;  ///< by the port
     std::uint64_t time_outs = 0;
-    std::uint64_t error_answers = 0;      ///< sFA
-    std::uint64_t refusals = 0;           ///< answers that say no
-    std::uint64_t silences = 0;           ///< while measuring
-    std::uint64_t telegrams_missed = 0;   ///< by the laser's telegram counter
-    std::uint64_t telegrams_repeated = 0; ///< the same telegram counter twice in a row
-    std::uint64_t unreadable_scans = 0;   ///< scan data that could not be decoded or has too many rays
-    std::uint64_t telegrams_ignored = 0;  ///< good ones that nobody asked for
+    std::uint64_t error_answers = 0;       ///< sFA
+    std::uint64_t refusals = 0;            ///< answers that say no
+    std::uint64_t silences = 0;            ///< while measuring
+    std::uint64_t telegrams_missed = 0;    ///< by the laser's telegram counter
+    std::uint64_t telegrams_repeated = 0;  ///< the same telegram counter twice in a row
+    std::uint64_t unreadable_scans = 0;    ///< scan data that could not be decoded or has too many rays
+    std::uint64_t telegrams_ignored = 0;   ///< good ones that nobody asked for
     std::uint64_t rays_without_range = 0;
     template <class Visitor>
     void visit(Visitor&& visit) const {
@@ -144,18 +145,18 @@ class ColaB final : public Laser {
   bool link_is_up_ = false;
   std::uint32_t step_ = 0;
   std::uint32_t tries_left_ = 0;
-  bool is_waiting_to_ask_ = false;   ///< a poll: the next one is due at deadline_ns_
-  std::int64_t step_limit_ns_ = 0;   ///< a poll: until when
+  bool is_waiting_to_ask_ = false;  ///< a poll: the next one is due at deadline_ns_
+  std::int64_t step_limit_ns_ = 0;  ///< a poll: until when
   std::int64_t deadline_ns_ = 0;
   std::int64_t back_off_ns_ = 0;
   const char* told_failure_ = nullptr;
 
   bool has_counter_ = false;
   std::uint16_t last_telegram_ = 0;
-  std::uint32_t counter_ = 0;        ///< the telegram counter, unwrapped
+  std::uint32_t counter_ = 0;  ///< the telegram counter, unwrapped
   bool has_device_time_ = false;
   std::uint32_t last_start_us_ = 0;
-  std::int64_t device_us_ = 0;       ///< start_us, unwrapped
+  std::int64_t device_us_ = 0;  ///< start_us, unwrapped
   std::int64_t last_scan_ns_ = no_stamp_ns;
   std::uint8_t told_status_ = 0;
   bool frequency_was_told_ = false;

@@ -17,8 +17,8 @@ inline constexpr std::size_t maximum_payload_bytes = 16384;
 /// Writes a frame into `out` and answers its size; 0: it does not fit.
 [[nodiscard]] std::size_t build_frame(std::span<const std::uint8_t> payload, std::span<std::uint8_t> out);
 
-/// Finds frames in a stream of bytes that may be split anywhere and hold anything. A frame with a bad length or
-/// checksum gives back all of its bytes but the first. 16 KiB.
+/// Finds frames in a stream of bytes that may be split anywhere and hold anything. A frame with a bad length
+/// or checksum gives back all of its bytes but the first. 16 KiB.
 class FrameParser {
  public:
   struct Counters {
@@ -35,7 +35,8 @@ class FrameParser {
     }
   };
 
-  /// Takes as many bytes as there is room for, at least one once next() answered nothing, and answers how many.
+  /// Takes as many bytes as there is room for, at least one once next() answered nothing, and answers how
+  /// many.
   [[nodiscard]] std::size_t push(std::span<const std::uint8_t> bytes);
   /// The next payload: the parser's, valid until the next push().
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> next();

@@ -1,5 +1,5 @@
-// The scan data telegram of LMS 1xx, LMS 5xx and TiM: "sSN LMDscandata ..." ("Telegram listing", SICK 8014631, section
-// "Output of measured values"). All numbers big-endian.
+// The scan data telegram of LMS 1xx, LMS 5xx and TiM: "sSN LMDscandata ..." ("Telegram listing", SICK
+// 8014631, section "Output of measured values"). All numbers big-endian.
 #pragma once
 
 #include <cstdint>
@@ -25,21 +25,21 @@ struct ScanData {
   std::uint16_t version = 0;
   std::uint16_t device_number = 0;
   std::uint32_t serial_number = 0;
-  std::uint16_t device_status = 0;      ///< the low byte: 0 fine, 1 error, 2 pollution warning, 4 pollution error
+  std::uint16_t device_status = 0;  ///< the low byte: 0 fine, 1 error, 2 pollution warning, 4 pollution error
   std::uint16_t telegram_counter = 0;
   std::uint16_t scan_counter = 0;
-  std::uint32_t start_us = 0;           ///< since the device was switched on, wraps after 71.6 min
+  std::uint32_t start_us = 0;  ///< since the device was switched on, wraps after 71.6 min
   std::uint32_t transmission_us = 0;
   std::uint32_t scan_frequency = 0;         ///< 1/100 Hz
   std::uint32_t measurement_frequency = 0;  ///< 100 Hz
   Channel dist1;
-  std::uint32_t channels_16_bit = 0;    ///< of them, all
+  std::uint32_t channels_16_bit = 0;  ///< of them, all
   std::uint32_t channels_8_bit = 0;
 };
 
-/// The payload of a frame as scan data; its spans lie in `payload`. Other channels than DIST1, the encoders, and what
-/// follows the channels (position, name, comment, time) are stepped over. Nothing: it is another telegram, is cut off,
-/// or has no DIST1.
+/// The payload of a frame as scan data; its spans lie in `payload`. Other channels than DIST1, the encoders,
+/// and what follows the channels (position, name, comment, time) are stepped over. Nothing: it is another
+/// telegram, is cut off, or has no DIST1.
 [[nodiscard]] std::optional<ScanData> parse_scan_data(std::span<const std::uint8_t> payload);
 
 /// True for a payload that begins like scan data, as an event (sSN) or an answer (sRA).
@@ -50,10 +50,10 @@ struct ScanData {
 
 /// Device time, in microseconds, when the ray at `start_angle` was measured, minus `start_us`.
 ///
-/// The listing says that `start_us` is the zero index before the measurement; the zero index is at the back, at
-/// -90 deg. The LMS 5xx does so: it transmits 40.8 ms after it, its turn takes 40 ms. LMS 1xx and TiM transmit 3 to 6 ms
-/// after `start_us`, before the sweep could have been measured: their stamp is of the zero index after the sweep. So
-/// when transmission comes sooner than the sweep takes, a turn is taken off.
+/// The listing says that `start_us` is the zero index before the measurement; the zero index is at the back,
+/// at -90 deg. The LMS 5xx does so: it transmits 40.8 ms after it, its turn takes 40 ms. LMS 1xx and TiM
+/// transmit 3 to 6 ms after `start_us`, before the sweep could have been measured: their stamp is of the zero
+/// index after the sweep. So when transmission comes sooner than the sweep takes, a turn is taken off.
 [[nodiscard]] double first_ray_offset_us(const ScanData& scan);
 
 }  // namespace alces::cola_b

@@ -1,9 +1,11 @@
-// A GPS receiver that writes NMEA 0183: positions for loop detection, which needs them roughly right and never absurd.
+// A GPS receiver that writes NMEA 0183: positions for loop detection, which needs them roughly right and
+// never absurd.
 //
-// Fixes come from GGA; from RMC when no GGA came for `gga_silence_ns` (then without altitude: the last one stays).
-// A fix is believed when its quality, satellites and HDOP are good enough, it does not lie at 0 N 0 E (what receivers
-// write when they know nothing), its time goes on, and it can be reached from the last one at `maximum_speed_m_s`.
-// A receiver that insists on a jump (`jump_patience` fixes in a row that agree with each other) is believed again.
+// Fixes come from GGA; from RMC when no GGA came for `gga_silence_ns` (then without altitude: the last one
+// stays). A fix is believed when its quality, satellites and HDOP are good enough, it does not lie at 0 N 0 E
+// (what receivers write when they know nothing), its time goes on, and it can be reached from the last one at
+// `maximum_speed_m_s`. A receiver that insists on a jump (`jump_patience` fixes in a row that agree with each
+// other) is believed again.
 //
 // Memory: about 2 KiB.
 #pragma once
@@ -22,16 +24,17 @@
 namespace alces {
 
 struct GpsConfig {
-  const char* name = "gps";              ///< in notices; static storage
-  std::int64_t delay_ns = 0;             ///< from the fix's time to its line's last byte
-  std::int64_t maximum_age_ns = 2 * ns_per_s;  ///< of position_at(), and between two fixes that are interpolated
+  const char* name = "gps";   ///< in notices; static storage
+  std::int64_t delay_ns = 0;  ///< from the fix's time to its line's last byte
+  std::int64_t maximum_age_ns =
+      2 * ns_per_s;  ///< of position_at(), and between two fixes that are interpolated
   std::int64_t gga_silence_ns = 5 * ns_per_s;
   std::uint32_t minimum_satellites = 4;
   double maximum_hdop = 6;
   double maximum_speed_m_s = 40;
-  double jump_slack_m = 25;              ///< a jump is more than this beyond what the speed allows
+  double jump_slack_m = 25;  ///< a jump is more than this beyond what the speed allows
   std::uint32_t jump_patience = 10;
-  bool accepts_simulated = false;        ///< quality 6, 7, 8: estimated, manual input, simulator
+  bool accepts_simulated = false;  ///< quality 6, 7, 8: estimated, manual input, simulator
 };
 
 /// What is wrong with it; null: nothing.
@@ -51,15 +54,15 @@ class Gps {
   static constexpr std::uint32_t history = 16;  ///< fixes kept for position_at()
 
   struct Counters {
-    std::uint64_t fixes = 0;  ///< believed
-    std::uint64_t sentences_ignored = 0;    ///< other than GGA and RMC, and RMC beside GGA
+    std::uint64_t fixes = 0;              ///< believed
+    std::uint64_t sentences_ignored = 0;  ///< other than GGA and RMC, and RMC beside GGA
     std::uint64_t sentences_malformed = 0;
     std::uint64_t without_fix = 0;
-    std::uint64_t bad_quality = 0;          ///< too few satellites, HDOP, estimated or simulated
-    std::uint64_t at_zero = 0;              ///< 0 N 0 E
+    std::uint64_t bad_quality = 0;  ///< too few satellites, HDOP, estimated or simulated
+    std::uint64_t at_zero = 0;      ///< 0 N 0 E
     std::uint64_t jumps = 0;
-    std::uint64_t time_backwards = 0;       ///< its own time, or ours, did not go on
-    std::uint64_t jumps_believed = 0;       ///< after patience
+    std::uint64_t time_backwards = 0;  ///< its own time, or ours, did not go on
+    std::uint64_t jumps_believed = 0;  ///< after patience
     template <class Visitor>
     void visit(Visitor&& visit) const {
       visit("fixes", fixes);
@@ -82,8 +85,8 @@ class Gps {
   /// Tells when fixes stop coming.
   void on_tick(std::int64_t now_ns);
 
-  /// Between two fixes: interpolated, if they are not further apart than maximum_age_ns. After the newest: the newest,
-  /// if it is not older than that. Nothing otherwise, and before the oldest of the history.
+  /// Between two fixes: interpolated, if they are not further apart than maximum_age_ns. After the newest:
+  /// the newest, if it is not older than that. Nothing otherwise, and before the oldest of the history.
   [[nodiscard]] std::optional<Eigen::Vector3d> position_at(std::int64_t stamp_ns) const;
   [[nodiscard]] std::optional<GpsFix> newest() const;
   [[nodiscard]] const Counters& counters() const { return counters_; }
@@ -105,8 +108,8 @@ class Gps {
   std::array<GpsFix, history> fixes_{};
   std::uint32_t fix_count_ = 0;
   std::uint32_t newest_ = 0;
-  GpsFix jumped_;                  ///< the last one that was not believed for its place
-  std::uint32_t jumped_count_ = 0;  ///< that agree with each other, in a row
+  GpsFix jumped_;                             ///< the last one that was not believed for its place
+  std::uint32_t jumped_count_ = 0;            ///< that agree with each other, in a row
   std::optional<std::int32_t> last_time_ms_;  ///< of the last believed fix
   std::int64_t last_gga_ns_ = no_stamp_ns;
   double height_m_ = 0;

@@ -1,5 +1,6 @@
-// A local frame on the WGS 84 ellipsoid: x east, y north, z up, metres, origin where it was made. Exact at any distance
-// (through earth-centred coordinates), but "up" is the origin's: 1 km away the ground lies 8 cm below z = 0.
+// A local frame on the WGS 84 ellipsoid: x east, y north, z up, metres, origin where it was made. Exact at
+// any distance (through earth-centred coordinates), but "up" is the origin's: 1 km away the ground lies 8 cm
+// below z = 0.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
-// NMEA 0183 sentences: a line "$" talker(2) type(3) "," fields "*" checksum (2 hex digits, XOR between $ and *).
-// GGA is the fix (time, position, quality, satellites, HDOP, altitude), RMC the recommended minimum (time, validity,
-// position, speed). Any talker will do (GP, GL, GA, GB, GN).
+// NMEA 0183 sentences: a line "$" talker(2) type(3) "," fields "*" checksum (2 hex digits, XOR between $ and
+// *). GGA is the fix (time, position, quality, satellites, HDOP, altitude), RMC the recommended minimum
+// (time, validity, position, speed). Any talker will do (GP, GL, GA, GB, GN).
 #pragma once
 
 #include <array>
@@ -58,13 +58,15 @@ struct Sentence {
   bool has_position = false;
   double latitude_deg = 0;   ///< north positive
   double longitude_deg = 0;  ///< east positive
-  std::uint32_t quality = 0;     ///< GGA: 0 none, 1 GPS, 2 differential, 4 RTK, 5 float, 6 estimated, 7, 8; RMC: 1 if valid
-  std::uint32_t satellites = 0;  ///< GGA
-  std::optional<double> hdop;    ///< GGA
+  std::uint32_t quality =
+      0;  ///< GGA: 0 none, 1 GPS, 2 differential, 4 RTK, 5 float, 6 estimated, 7, 8; RMC: 1 if valid
+  std::uint32_t satellites = 0;      ///< GGA
+  std::optional<double> hdop;        ///< GGA
   std::optional<double> altitude_m;  ///< GGA, above the WGS 84 ellipsoid where the geoid's height is given
 };
 
-/// Takes a line apart. Nothing: another sentence. is_malformed: it is a GGA or RMC, but a field cannot be read.
+/// Takes a line apart. Nothing: another sentence. is_malformed: it is a GGA or RMC, but a field cannot be
+/// read.
 struct ParsedSentence {
   std::optional<Sentence> sentence;
   bool is_malformed = false;

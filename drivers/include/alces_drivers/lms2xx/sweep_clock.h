@@ -1,11 +1,12 @@
-// When an LMS 2xx telegram was sent, from when it arrived. The mirror turns at a constant rate and every telegram
-// belongs to one turn; only the way to us varies. So telegrams are numbered by mirror turns, and a MinimumDelayFilter
-// turns numbers into times.
+// When an LMS 2xx telegram was sent, from when it arrived. The mirror turns at a constant rate and every
+// telegram belongs to one turn; only the way to us varies. So telegrams are numbered by mirror turns, and a
+// MinimumDelayFilter turns numbers into times.
 //
-// Numbers: with the laser's own turn index they are read off. Without it the next telegram is the next turn, unless
-// bytes were lost on the way or the line is too slow for every turn: then the number is rounded from the arrival. A
-// number that was wrong shows: telegrams that keep coming most of a turn late missed a turn, one that comes half a
-// turn early was counted too far. Both are corrected and counted (in the second case the number steps back once).
+// Numbers: with the laser's own turn index they are read off. Without it the next telegram is the next turn,
+// unless bytes were lost on the way or the line is too slow for every turn: then the number is rounded from
+// the arrival. A number that was wrong shows: telegrams that keep coming most of a turn late missed a turn,
+// one that comes half a turn early was counted too far. Both are corrected and counted (in the second case
+// the number steps back once).
 #pragma once
 
 #include <cstdint>
@@ -57,7 +58,7 @@ class SweepClock {
   std::int64_t last_learned_ = 0;  ///< the number of the newest sweep that the filter learned from
   bool is_guess_ = false;          ///< the present number is
   std::optional<std::uint8_t> last_index_;
-  std::uint32_t late_run_ = 0;  ///< telegrams in a row that came most of a turn late
+  std::uint32_t late_run_ = 0;   ///< telegrams in a row that came most of a turn late
   double least_late_turns_ = 0;  ///< among them
   Counters counters_;
 };

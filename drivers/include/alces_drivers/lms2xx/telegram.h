@@ -1,10 +1,11 @@
-// Telegrams of the SICK LMS 2xx serial interface ("Telegrams for operating/configuring the LMS 2xx", SICK 8007954,
-// chapters 2 and 3): STX, address, length, command, data, [status], CRC. All numbers little-endian.
+// Telegrams of the SICK LMS 2xx serial interface ("Telegrams for operating/configuring the LMS 2xx", SICK
+// 8007954, chapters 2 and 3): STX, address, length, command, data, [status], CRC. All numbers little-endian.
 //
 //   02 | address | length (2) | command | data ... | status (from the laser only) | CRC (2)
 //
-// `length` counts command, data and status. The host writes the laser's address; the laser answers with 0x80 added.
-// Every telegram that reached the laser whole is acknowledged with the single byte ACK, every broken one with NAK.
+// `length` counts command, data and status. The host writes the laser's address; the laser answers with 0x80
+// added. Every telegram that reached the laser whole is acknowledged with the single byte ACK, every broken
+// one with NAK.
 #pragma once
 
 #include <array>
@@ -43,15 +44,15 @@ struct Telegram {
                                          std::span<const std::uint8_t> data, std::uint8_t status,
                                          std::span<std::uint8_t> out);
 
-/// Finds telegrams and acknowledgements in a stream of bytes that may be split anywhere and hold anything. A telegram
-/// with a bad header or checksum gives back all of its bytes but the first, so that a good one inside it, or begun
-/// before it ended, is found.
+/// Finds telegrams and acknowledgements in a stream of bytes that may be split anywhere and hold anything. A
+/// telegram with a bad header or checksum gives back all of its bytes but the first, so that a good one
+/// inside it, or begun before it ended, is found.
 class TelegramParser {
  public:
   enum class Kind : std::uint8_t { telegram, ack, nak };
   struct Token {
     Kind kind = Kind::telegram;
-    Telegram telegram;              ///< its data are the parser's, valid until the next push()
+    Telegram telegram;               ///< its data are the parser's, valid until the next push()
     std::uint64_t end_position = 0;  ///< bytes pushed up to and with its last one
   };
   struct Counters {
@@ -76,8 +77,8 @@ class TelegramParser {
   void push(std::uint8_t byte);
   [[nodiscard]] std::optional<Token> next();
 
-  /// The rest of a begun telegram will not come: its first byte is skipped, the others are looked through again by
-  /// next(). Does nothing when there is none.
+  /// The rest of a begun telegram will not come: its first byte is skipped, the others are looked through
+  /// again by next(). Does nothing when there is none.
   void resynchronise();
   /// All pending bytes are skipped: the line's rate changed.
   void discard();

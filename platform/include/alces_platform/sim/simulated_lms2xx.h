@@ -1,15 +1,17 @@
-// A SICK LMS 2xx seen from its serial connector: it takes the host's bytes, keeps the state that the real one keeps
-// (baud rate, operating mode, field of view, configuration), and sends telegrams that leave at the line's rate.
+// A SICK LMS 2xx seen from its serial connector: it takes the host's bytes, keeps the state that the real one
+// keeps (baud rate, operating mode, field of view, configuration), and sends telegrams that leave at the
+// line's rate.
 //
 //   laser.set_host_baud(9600);
 //   laser.on_bytes(bytes, now_ns);                 // what the host sent
 //   while (auto chunk = laser.poll(now_ns)) ...    // what has left the laser by now
 //
-// Both sides may differ in baud rate: then each hears garbage, the same garbage every time. Ranges come from a
-// SweepSource. The mirror turns all the time; a sweep whose telegram would begin while the line is busy is left out,
-// as the real laser does. Everything is a function of the calls: no clock, no random device.
+// Both sides may differ in baud rate: then each hears garbage, the same garbage every time. Ranges come from
+// a SweepSource. The mirror turns all the time; a sweep whose telegram would begin while the line is busy is
+// left out, as the real laser does. Everything is a function of the calls: no clock, no random device.
 //
-// Known: 20 (modes 00, 24, 25, 2A and the baud rates), 31, 32, 3A, 3B, 74, 77, 10 (reset). Others are answered by 92
+// Known: 20 (modes 00, 24, 25, 2A and the baud rates), 31, 32, 3A, 3B, 74, 77, 10 (reset). Others are
+// answered by 92
 // ("not known"). Faults are injected by the calls at the end.
 #pragma once
 
@@ -28,8 +30,8 @@ namespace alces::sim {
 
 class SweepSource {
  public:
-  /// Fills ranges that lie evenly over the laser's field of view, right to left, both borders included; ray i is
-  /// measured at first_ray_stamp_ns + i * ray_interval_ns. Not positive, not finite or too far: no echo.
+  /// Fills ranges that lie evenly over the laser's field of view, right to left, both borders included; ray i
+  /// is measured at first_ray_stamp_ns + i * ray_interval_ns. Not positive, not finite or too far: no echo.
   virtual void sweep(std::int64_t first_ray_stamp_ns, double ray_interval_ns, std::span<float> ranges_m) = 0;
 
  protected:
@@ -43,7 +45,7 @@ struct SimulatedLms2xxSettings {
   lms2xx::Unit unit = lms2xx::Unit::cm;
   lms2xx::MeasuringMode mode = lms2xx::MeasuringMode::fields_a_b_dazzle;
   bool sends_turn_index = false;
-  bool is_streaming = false;      ///< from the start: an earlier host left it so
+  bool is_streaming = false;  ///< from the start: an earlier host left it so
   std::uint8_t address = 0;
   std::array<char, 8> password{'S', 'I', 'C', 'K', '_', 'L', 'M', 'S'};
   double turns_per_s = 75;
@@ -74,23 +76,28 @@ class SimulatedLms2xx {
   void set_host_baud(std::uint32_t baud) { host_baud_ = baud; }
   /// now_ns never runs backwards, here and in poll().
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
-  /// What left the laser since the last call, at most one telegram's bytes at a time; nothing: no more by now_ns.
+  /// What left the laser since the last call, at most one telegram's bytes at a time; nothing: no more by
+  /// now_ns.
   [[nodiscard]] std::optional<Chunk> poll(std::int64_t now_ns);
 
   [[nodiscard]] std::uint32_t baud() const { return baud_; }
-  [[nodiscard]] bool is_streaming() const { return mode_ == Mode::stream_all || mode_ == Mode::stream_partial; }
+  [[nodiscard]] bool is_streaming() const {
+    return mode_ == Mode::stream_all || mode_ == Mode::stream_partial;
+  }
   [[nodiscard]] const SimulatedLms2xxSettings& settings() const { return settings_; }
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
   // Faults.
   void send_garbage(std::span<const std::uint8_t> bytes, std::int64_t now_ns);  ///< after what is being sent
   void spoil_checksums(std::uint32_t telegrams) { spoiled_ = telegrams; }       ///< of the next ones
-  void truncate_telegrams(std::uint32_t telegrams) { truncated_ = telegrams; }  ///< the next ones stop half way
-  void swallow_telegrams(std::uint32_t telegrams) { swallowed_ = telegrams; }   ///< the next ones vanish whole
-  void refuse(std::uint32_t telegrams) { refused_ = telegrams; }                ///< the host's next ones get NAK
-  void set_connected(bool is_connected) { is_connected_ = is_connected; }       ///< the cable, both ways
+  void truncate_telegrams(std::uint32_t telegrams) {
+    truncated_ = telegrams;
+  }  ///< the next ones stop half way
+  void swallow_telegrams(std::uint32_t telegrams) { swallowed_ = telegrams; }  ///< the next ones vanish whole
+  void refuse(std::uint32_t telegrams) { refused_ = telegrams; }           ///< the host's next ones get NAK
+  void set_connected(bool is_connected) { is_connected_ = is_connected; }  ///< the cable, both ways
   void switch_off();
-  void switch_on(std::int64_t now_ns, std::uint32_t baud = 9600);               ///< sends 90 "power on"
+  void switch_on(std::int64_t now_ns, std::uint32_t baud = 9600);  ///< sends 90 "power on"
 
  private:
   enum class Mode : std::uint8_t { on_request, installation, stream_all, stream_partial };
