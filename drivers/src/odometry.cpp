@@ -244,6 +244,7 @@ void Odometry::make_node_if_complete() {
   node.stamp_ns = stamp_ns;
   const std::int64_t since_ns = is_first ? 0 : stamp_ns - nodes_.newest().stamp_ns;
   node.is_connected = !is_first && !is_break_due_ && since_ns <= config_.timeout_ns;
+  if (since_ns > config_.timeout_ns && is_alive_) ++counters_.gaps;  // no tick has seen it
   if (node.is_connected) {
     const bool has_wheels = config_.kind == OdometryKind::wheels;
     const double way_m = has_wheels ? 0.5 * (increments[left] + increments[right]) : increments[speed];
