@@ -217,7 +217,6 @@ void Encoder::drop_reference() {
   reference_ = {};
   has_candidate_ = false;
   has_shapes_at_pulse_ = false;
-  refused_in_a_row_ = 0;
   is_break_due_ = true;
 }
 
@@ -355,7 +354,7 @@ void Encoder::watch_index(std::int64_t stamp_ns) {
   const double way_rad = by_time ? std::abs(config_.expected_speed_rad_s) *
                                        seconds(stamp_ns - reference_.stamp_ns) / (1 + config_.speed_tolerance)
                                  : std::abs(shape_.newest().shape_rad - reference_.shape_rad) * ratio_;
-  if (way_rad < 1.5 * turn_rad) return;
+  if (way_rad < 2.5 * turn_rad) return;  // two in a row
   is_index_lost_ = true;
   ++counters_.index_losses;
   notices_.raise(NoticeKind::loss, Severity::error, stamp_ns,

@@ -11,7 +11,9 @@ namespace {
 constexpr double turn_rad = 2 * std::numbers::pi;
 /// A pulse within so much, and five sigma, of where it is due needs no second one to be believed.
 constexpr double narrow_window_rad = 0.02;
-constexpr std::uint32_t refusals_to_doubt_ratio = 4;
+/// So many pulses equally far apart, and not a turn by the counts, raise doubts about counts_per_turn.
+constexpr std::uint32_t intervals_to_doubt_ratio = 3;
+constexpr double equal_share = 0.05;
 
 }  // namespace
 
@@ -63,6 +65,7 @@ void Encoder::resolve_pending(bool give_up) {
 }
 
 void Encoder::judge_with_shape(std::int64_t stamp_ns, double shape_rad) {
+  watch_ratio(stamp_ns, shape_rad);
   if (!reference_.is_known) return take_first(stamp_ns, shape_rad, true);
   if (!reference_.has_shape) return judge_by_time(stamp_ns, shape_rad, true);
   if (stamp_ns <= reference_.stamp_ns) return;
@@ -77,6 +80,15 @@ void Encoder::judge_with_shape(std::int64_t stamp_ns, double shape_rad) {
   const double residual_rad = predicted_rad - angle_rad;
   const bool is_same_flank = is_forward == reference_.is_forward;
   const std::int64_t turns = turn - reference_.turn;
+  if (std::abs(residual_rad) > narrow_window_rad && agrees_with_candidate(shape_rad)) {
+    // Two pulses that agree with each other and not with the counts: the counts have slipped.
+    ++counters_.index_relocks;
+    notices_.raise(NoticeKind::relock, Severity::warning, stamp_ns,
+                   "the counts slipped against the index, mrad",
+                   static_cast<std::int64_t>(residual_rad * 1e3));
+    drop_reference();
+    return take_first(stamp_ns, shape_rad, true);
+  }
   if (std::abs(residual_rad) > window_rad || (turns == 0 && is_same_flank)) {
     return refuse_as_extra(stamp_ns, shape_rad, residual_rad);
   }
@@ -166,9 +178,8 @@ void Encoder::take(const Reference& next) {
   last_pulse_ns_ = next.stamp_ns;
   ++counters_.index_pulses;
   has_candidate_ = false;
-  refused_in_a_row_ = 0;
   if (is_index_lost_)
-    notices_.raise(NoticeKind::loss, Severity::info, next.stamp_ns, "the index pulses are back");
+    notices_.raise(NoticeKind::back, Severity::info, next.stamp_ns, "the index pulses are back");
   is_index_lost_ = false;
   compare_directions(next.stamp_ns);
 }
@@ -185,33 +196,34 @@ void Encoder::refuse_as_extra(std::int64_t stamp_ns, double shape_rad, double re
   notices_.raise(NoticeKind::extra, Severity::warning, stamp_ns, "an index pulse came where none was due",
                  static_cast<std::int64_t>(counters_.index_extra));
   if (!reference_.has_shape) return;
-  const double way_rad = std::abs(shape_rad - candidate_shape_rad_) * ratio_;
-  const double off_turn_rad = std::remainder(way_rad, turn_rad);
-  if (has_candidate_ && way_rad > 1 &&
-      std::abs(off_turn_rad) < narrow_window_rad + config_.slip * way_rad * 5) {
-    // Two pulses that agree with each other and not with the counts: the counts have slipped.
-    ++counters_.index_relocks;
-    notices_.raise(NoticeKind::relock, Severity::warning, stamp_ns,
-                   "the counts slipped against the index, mrad",
-                   static_cast<std::int64_t>(residual_rad * 1e3));
-    drop_reference();
-    take_first(stamp_ns, shape_rad, true);
-    return;
-  }
-  if (++refused_in_a_row_ == refusals_to_doubt_ratio && has_candidate_) {
-    const double counts_per_turn = config_.shape == AngleShape::quadrature
-                                       ? config_.quadrature_counts_per_turn
-                                       : config_.drive_counts_per_turn;
-    const double counts =
-        std::min(std::abs(shape_rad - candidate_shape_rad_) / turn_rad * counts_per_turn, 1e15);
-    notices_.raise(
-        NoticeKind::ratio, Severity::error, stamp_ns,
-        "index pulses do not come a turn apart; is counts_per_turn right? Counts between the last two",
-        static_cast<std::int64_t>(counts));
-  }
   has_candidate_ = true;
   candidate_shape_rad_ = shape_rad;
   candidate_residual_rad_ = residual_rad;
+}
+
+bool Encoder::agrees_with_candidate(double shape_rad) const {
+  if (!has_candidate_) return false;
+  const double way_rad = std::abs(shape_rad - candidate_shape_rad_) * ratio_;
+  return way_rad > 1 &&
+         std::abs(std::remainder(way_rad, turn_rad)) < narrow_window_rad + 5 * config_.slip * way_rad;
+}
+
+// Pulses that come again and again at equal distances are a turn apart, whatever the configuration says.
+void Encoder::watch_ratio(std::int64_t stamp_ns, double shape_rad) {
+  const double interval_rad = std::abs(shape_rad - seen_pulse_shape_rad_);
+  const bool is_equal = std::abs(interval_rad - seen_interval_rad_) < equal_share * seen_interval_rad_;
+  equal_intervals_ = is_equal ? equal_intervals_ + 1 : 0;
+  seen_pulse_shape_rad_ = shape_rad;
+  seen_interval_rad_ = interval_rad;
+  if (equal_intervals_ < intervals_to_doubt_ratio ||
+      std::abs(interval_rad - turn_rad) < equal_share * turn_rad)
+    return;
+  const double counts_per_turn = config_.shape == AngleShape::quadrature ? config_.quadrature_counts_per_turn
+                                                                         : config_.drive_counts_per_turn;
+  notices_.raise(
+      NoticeKind::ratio, Severity::error, stamp_ns,
+      "index pulses do not come a turn apart; is counts_per_turn right? Counts between the last two",
+      static_cast<std::int64_t>(std::min(interval_rad / turn_rad * counts_per_turn, 1e15)));
 }
 
 void Encoder::compare_directions(std::int64_t stamp_ns) {

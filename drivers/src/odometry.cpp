@@ -260,7 +260,7 @@ void Odometry::make_node_if_complete() {
   nodes_.push(node);
   ++counters_.nodes;
   if (!is_alive_ && counters_.gaps + counters_.freezes > 0) {
-    notices_.raise(NoticeKind::gap, Severity::info, stamp_ns,
+    notices_.raise(NoticeKind::back, Severity::info, stamp_ns,
                    "frames come again; the pose goes on from where it was");
   }
   is_break_due_ = false;

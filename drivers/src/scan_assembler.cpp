@@ -132,7 +132,7 @@ void ScanAssembler::on_tick(std::int64_t now_ns) {
   if (ticked_ns_ != no_stamp_ns && now_ns < ticked_ns_ - clock_step_ns) {  // time ran backward
     finish();
     now_ns_ = now_ns;
-    fixes_.fill({});
+    for (Fix& fix : fixes_) fix.stamp_ns = no_stamp_ns;
   }
   ticked_ns_ = now_ns;
   now_ns_ = std::max(now_ns_, now_ns);
@@ -282,7 +282,8 @@ bool ScanAssembler::find_scan(const Waiting& profile, double angle_rad) {
   open_.begin_ns = profile.begin_ns;
   open_.first_angle_rad = angle_rad;
   open_.dropped = dropped;
-  open_.is_broken = std::abs(angle_rad - boundary_of(piece, 0)) > config_.boundary_tolerance_rad;
+  open_.is_broken =
+      dropped > 0 || std::abs(angle_rad - boundary_of(piece, 0)) > config_.boundary_tolerance_rad;
   return true;
 }
 
@@ -314,7 +315,9 @@ void ScanAssembler::put_in(const Waiting& profile, std::span<float> ranges_m, co
   counters_.rays += profile.count + profile.excess;
   counters_.rays_without_room += profile.excess;
   mask_rays(profile, course.middle_angle_rad(), ranges_m);
+  const std::uint32_t points_before = open_.points;
   project(profile, ranges_m, course, frame_from_begin, frame_from_end);
+  counters_.points += open_.points - points_before;
 }
 
 void ScanAssembler::close_scan(bool is_whole) {
@@ -345,7 +348,6 @@ void ScanAssembler::close_scan(bool is_whole) {
   scan.has_gps = gps_at(scan.reference_stamp_ns, scan.gps_position_m);
   scan.points = memory_.points.first(open_.points);
   ++counters_.scans;
-  counters_.points += open_.points;
   counters_.profiles_missing += scan.profiles_missing;
   if (!scan.has_odometry) ++counters_.scans_without_odometry;
   if (scan.is_incomplete) {

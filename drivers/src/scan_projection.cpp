@@ -10,7 +10,7 @@ namespace {
 
 constexpr double full_turn_rad = 2 * std::numbers::pi;
 /// In a waiting profile: left out by a mask.
-constexpr float masked_range_m = -1;
+constexpr float masked_range_m = -3e38F;
 
 /// Whether the angle lies in the interval, modulo full turns.
 bool is_within(double angle_rad, double from_rad, double to_rad) {

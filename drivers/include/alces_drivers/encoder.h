@@ -102,7 +102,7 @@ struct EncoderCounters {
   std::uint64_t index_extra = 0;
   std::uint64_t index_missing = 0;
   std::uint64_t index_relocks = 0;  ///< the counts had slipped: the pulses were believed
-  std::uint64_t index_losses = 0;   ///< times that pulses stayed away for more than one and a half turns
+  std::uint64_t index_losses = 0;   ///< times that pulses stayed away for more than two and a half turns
   std::uint64_t sync_pulses = 0;
   std::uint64_t quadrature_repeats = 0;        ///< the same edge twice
   std::uint64_t quadrature_against_drive = 0;  ///< turns in which A/B and the drive disagree on the direction
@@ -176,6 +176,7 @@ class Encoder final : public HeadAngle {
 
   enum class NoticeKind : std::uint8_t {
     edges_lost,
+    back,
     bounce,
     extra,
     missing,
@@ -242,6 +243,8 @@ class Encoder final : public HeadAngle {
   void share_out(const Reference& next);
   void refuse_as_extra(std::int64_t stamp_ns, double shape_rad, double residual_rad);
   void count_missing(std::int64_t turns, std::int64_t stamp_ns);
+  [[nodiscard]] bool agrees_with_candidate(double shape_rad) const;
+  void watch_ratio(std::int64_t stamp_ns, double shape_rad);
   void compare_directions(std::int64_t stamp_ns);
   [[nodiscard]] double flank_angle_rad(bool is_forward) const;
   [[nodiscard]] bool is_forward_now() const;
@@ -270,7 +273,9 @@ class Encoder final : public HeadAngle {
   bool has_candidate_ = false;  ///< a pulse that was not believed, in case that the next one agrees with it
   double candidate_shape_rad_ = 0;
   double candidate_residual_rad_ = 0;
-  std::uint32_t refused_in_a_row_ = 0;
+  double seen_pulse_shape_rad_ = 0;  ///< of any pulse, believed or not
+  double seen_interval_rad_ = 0;
+  std::uint32_t equal_intervals_ = 0;
   bool is_index_lost_ = false;
 
   std::int64_t last_sync_ns_ = no_stamp_ns;

@@ -126,7 +126,7 @@ class Odometry final : public Motion {
   static constexpr std::uint32_t history_capacity = 1024;
   static constexpr std::size_t signal_count = 6;
   enum Channel : std::size_t { left, right, speed, roll, pitch, yaw };
-  enum class NoticeKind : std::uint8_t { gap, frozen, jump, implausible, clock, bias, count };
+  enum class NoticeKind : std::uint8_t { gap, back, frozen, jump, implausible, clock, bias, count };
 
   struct Node {
     std::int64_t stamp_ns = 0;

@@ -230,9 +230,9 @@ class ScanAssembler final : public ProfileSink {
   };
   /// What a ray needs of the transform from the laser's frame, at one time.
   struct Knot {
-    Eigen::Vector3d x_axis;
-    Eigen::Vector3d y_axis;
-    Eigen::Vector3d origin_m;
+    Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();
+    Eigen::Vector3d y_axis = Eigen::Vector3d::UnitY();
+    Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
     void set(const Pose& pose);
   };
   /// Head and vehicle at the first and the last ray of a profile.
@@ -247,7 +247,6 @@ class ScanAssembler final : public ProfileSink {
     }
   };
   struct OpenScan {
-    bool is_open = false;
     bool is_broken = false;  ///< not begun at its boundary, or a profile was dropped
     bool has_frame = false;  ///< odometry_from_frame is known
     std::int64_t piece = 0;  ///< which piece of the head's turn
@@ -265,7 +264,7 @@ class ScanAssembler final : public ProfileSink {
   };
   struct Fix {
     std::int64_t stamp_ns = no_stamp_ns;
-    Eigen::Vector3d position_m;
+    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   };
 
   ScanAssembler(Arena& arena, const ScanAssemblerConfig& config, const HeadAngle& head, const Motion* motion,
