@@ -2,6 +2,7 @@
 
 #include <linux/can/error.h>
 #include <net/if.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <catch2/catch.hpp>
@@ -47,6 +48,23 @@ struct PairBench : LoopBench {
     return frames;
   }
 };
+
+bool is_vcan_here() {
+  if (if_nametoindex("vcan0") != 0) return true;
+  WARN("skipped: no interface vcan0 here (ip link add vcan0 type vcan; ip link set vcan0 mtu 72 up)");
+  return false;
+}
+
+/// Brings vcan0 up or down; false where that is not permitted.
+bool set_vcan(bool is_up) {
+  const FileDescriptor descriptor(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  ifreq request{};
+  std::strcpy(request.ifr_name, "vcan0");
+  if (ioctl(descriptor.number(), SIOCGIFFLAGS, &request) != 0) return false;
+  const int flags = is_up ? request.ifr_flags | IFF_UP : request.ifr_flags & ~IFF_UP;
+  request.ifr_flags = static_cast<decltype(request.ifr_flags)>(flags);
+  return ioctl(descriptor.number(), SIOCSIFFLAGS, &request) == 0;
+}
 
 }  // namespace
 
@@ -186,10 +204,7 @@ TEST_CASE("impossible configurations of a CAN interface are refused") {
 }
 
 TEST_CASE("on a virtual CAN interface, frames are stamped by the kernel and filters hold") {
-  if (if_nametoindex("vcan0") == 0) {
-    WARN("skipped: no interface vcan0 here (ip link add vcan0 type vcan; ip link set vcan0 mtu 72 up)");
-    return;
-  }
+  if (!is_vcan_here()) return;
   LoopBench bench;
   const std::vector<CanFilter> filters{{.id = 0x181, .mask = 0x7ff},
                                        {.id = 0x1abcdef0, .mask = 0x1fffffff, .is_extended = true}};
@@ -208,8 +223,89 @@ TEST_CASE("on a virtual CAN interface, frames are stamped by the kernel and filt
   CHECK(receiver.bus().counters().frames == 2);
   CHECK(receiver.counters().receive_without_stamp == 0);
   CHECK(receiver.clock_counters().future_stamps == 0);
+  CHECK(receiver.clock_counters().stale_stamps == 0);
   for (const auto& kept : bench.sink.of(EventKind::can_frame)) {
     CHECK(kept.event.stamp_ns >= before_ns - 10 * ns_per_us);
     CHECK(kept.event.stamp_ns <= now_ns());
   }
+}
+
+TEST_CASE("on a virtual CAN interface, FD frames pass both ways and an error frame is understood") {
+  if (!is_vcan_here()) return;
+  LoopBench bench;
+  SocketCan receiver(bench.loop, {.interface_name = "vcan0"});
+  SocketCan sender(bench.loop, {.interface_name = "vcan0", .channel = 9});
+  REQUIRE(receiver.open());
+  REQUIRE(sender.open());
+  CHECK(sender.send({.id = 0x123, .size = 64, .is_fd = true, .is_bit_rate_switched = true}));
+  REQUIRE(bench.run_until([&] { return receiver.bus().counters().frames == 1; }));
+  const CanFrame frame = bench.sink.of(EventKind::can_frame).back().event.frame;
+  CHECK(frame.is_fd);
+  CHECK(frame.size == 64);
+  CHECK(frame.is_bit_rate_switched);
+
+  // On vcan an error frame may be injected like any other.
+  const FileDescriptor injector(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(if_nametoindex("vcan0"));
+  REQUIRE(bind(injector.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  can_frame off{};
+  off.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF;
+  off.len = CAN_ERR_DLC;
+  REQUIRE(write(injector.number(), &off, sizeof off) == sizeof off);
+  REQUIRE(bench.run_until([&] { return receiver.bus().state() == CanBusState::bus_off; }));
+  CHECK_FALSE(receiver.send({.id = 1, .size = 1}));
+  off.can_id = CAN_ERR_FLAG | CAN_ERR_RESTARTED;
+  REQUIRE(write(injector.number(), &off, sizeof off) == sizeof off);
+  REQUIRE(bench.run_until([&] { return receiver.bus().is_up(); }));
+}
+
+TEST_CASE("a virtual CAN interface that goes down and comes back is reported and used again") {
+  if (!is_vcan_here()) return;
+  LoopBench bench;
+  SocketCan can(bench.loop, {.interface_name = "vcan0"});
+  SocketCan peer(bench.loop, {.interface_name = "vcan0", .channel = 9});
+  REQUIRE(can.open());
+  REQUIRE(peer.open());
+  if (!set_vcan(false)) {
+    WARN("skipped: no permission to bring vcan0 down");
+    return;
+  }
+  CHECK(bench.run_until([&] { return !can.bus().is_up() && !peer.bus().is_up(); }));
+  CHECK_FALSE(can.send({.id = 0x181, .size = 1}));
+  SocketCan late(bench.loop, {.interface_name = "vcan0", .channel = 8});
+  CHECK_FALSE(late.open());
+  CHECK(std::string(late.error()).find("vcan0: the interface is down") == 0);
+  REQUIRE(set_vcan(true));
+  CHECK(bench.run_until([&] { return can.bus().is_up() && peer.bus().is_up() && late.bus().is_up(); }));
+  CHECK(can.send({.id = 0x181, .size = 1}));
+  CHECK(bench.run_until(
+      [&] { return peer.bus().counters().frames == 1 && late.bus().counters().frames == 1; }));
+  CHECK(can.bus().counters().interface_downs == 1);
+}
+
+TEST_CASE("a burst on a virtual CAN interface arrives whole, or what is missing is counted") {
+  if (!is_vcan_here()) return;
+  LoopBench bench;
+  SocketCan receiver(bench.loop, {.interface_name = "vcan0", .receive_buffer_bytes = 4096});
+  REQUIRE(receiver.open());
+  const FileDescriptor sender(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(if_nametoindex("vcan0"));
+  REQUIRE(bind(sender.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  can_frame wire{};
+  wire.can_id = 0x181;
+  wire.len = 8;
+  constexpr std::uint64_t burst = 2000;
+  for (std::uint64_t i = 0; i < burst; ++i)
+    REQUIRE(write(sender.number(), &wire, sizeof wire) == sizeof wire);
+  bench.run_for(50 * ns_per_ms);
+  // The count comes with the next frame that has room.
+  REQUIRE(write(sender.number(), &wire, sizeof wire) == sizeof wire);
+  bench.run_for(50 * ns_per_ms);
+  CHECK(receiver.counters().receive_overflows > 0);
+  CHECK(receiver.bus().counters().frames + receiver.counters().receive_overflows == burst + 1);
+  CHECK(bench.notices.count("frames were lost") == 1);
 }
