@@ -32,13 +32,34 @@ ChunkHeader parse_chunk_header(std::span<const std::uint8_t> content) {
   return header;
 }
 
+/// Its records end where it does, or (records may get new fields at their end) they at least have the right
+/// CRC.
+bool is_chunk_of_this_length(std::span<const std::uint8_t> content) {
+  const ChunkHeader header = parse_chunk_header(content);
+  if (!header.is_there || header.records_bytes > content.size() - header.header_bytes) return false;
+  if (header.records_bytes == content.size() - header.header_bytes) return true;
+  return header.crc != 0 && header.compression.empty() &&
+         header.crc ==
+             crc32(content.subspan(header.header_bytes, static_cast<std::size_t>(header.records_bytes)));
+}
+
+bool is_index_of_this_length(std::span<const std::uint8_t> content) {
+  ByteReader in(content);
+  static_cast<void>(in.u16());
+  const std::uint32_t entries_bytes = in.u32();
+  return !in.failed() && entries_bytes == in.left();
+}
+
 bool is_known(std::uint8_t opcode) {
   return opcode >= static_cast<std::uint8_t>(Opcode::header) &&
          opcode <= static_cast<std::uint8_t>(Opcode::data_end);
 }
 
 std::string quoted(std::string_view text) {
-  return "'" + std::string(text.substr(0, 40)) + "'";
+  std::string quoted(1, '\'');
+  quoted += text.substr(0, 40);
+  quoted += '\'';
+  return quoted;
 }
 
 }  // namespace
@@ -128,12 +149,19 @@ bool Reader::read_record() {
   const Bytes record = peek(whole);
   if (record.size() < whole) return end_here(record, length);
 
+  const Bytes content = record.subspan(record_header_bytes);
+  // The long records say their length twice: one that differs must not swallow what comes after it.
+  if (opcode == static_cast<std::uint8_t>(Opcode::chunk) && !is_chunk_of_this_length(content))
+    return resynchronise("a chunk whose lengths do not fit");
+  if (opcode == static_cast<std::uint8_t>(Opcode::message_index) && !is_index_of_this_length(content))
+    return resynchronise("a message index whose lengths do not fit");
+
   pending_ = whole;
   if (!is_known(opcode)) {
     ++counters_.records_unknown;
     return true;
   }
-  read_content(static_cast<Opcode>(opcode), record.subspan(record_header_bytes));
+  read_content(static_cast<Opcode>(opcode), content);
   return !done_;
 }
 
@@ -284,11 +312,6 @@ void Reader::read_content(Opcode opcode, Bytes content) {
 void Reader::read_chunk(Bytes content) {
   ++counters_.chunks;
   const ChunkHeader header = parse_chunk_header(content);
-  if (!header.is_there || header.records_bytes > content.size() - header.header_bytes) {
-    ++counters_.chunks_corrupt;
-    problem(position(), "a chunk whose lengths do not fit; its messages are missing");
-    return;
-  }
   if (!header.compression.empty()) {
     ++counters_.chunks_compressed;
     problem(position(),

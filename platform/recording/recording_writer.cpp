@@ -91,10 +91,11 @@ RecordingWriter* RecordingWriter::create(std::span<std::byte> block, const Recor
   if (reinterpret_cast<std::uintptr_t>(block.data()) % Arena::alignment != 0) return nullptr;
   status = RecordingStatus::block_too_small;
   if (block.size() < memory_required(config)) return nullptr;
-  status = RecordingStatus::ok;
   Arena arena(block);
-  std::byte* const place = arena.allocate<std::byte>(sizeof(RecordingWriter)).data();
-  return new (place) RecordingWriter(arena, config, &sink, notices);
+  const std::span<std::byte> place = arena.allocate<std::byte>(sizeof(RecordingWriter));
+  if (place.empty()) return nullptr;
+  status = RecordingStatus::ok;
+  return new (place.data()) RecordingWriter(arena, config, &sink, notices);
 }
 
 void RecordingWriter::commit(std::uint16_t channel, std::int64_t stamp_ns, std::size_t size) {
@@ -298,7 +299,7 @@ void RecordingWriter::write_pose(const PoseRecord& pose) {
 }
 
 void RecordingWriter::write_path(const PathRecord& path) {
-  constexpr std::size_t pose_bytes = 8 + 4 + 4 + 7 * 8 + 4;  // with the padding before it
+  constexpr std::size_t pose_bytes = 8 + 8 + 7 * 8;  // stamp, "map", pose
   const std::size_t room = config_.chunk_bytes - std::min<std::size_t>(config_.chunk_bytes, 256);
   const std::size_t count = path.map_from_body.size();
   std::size_t step = 1;
