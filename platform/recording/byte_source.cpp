@@ -1,0 +1,30 @@
+#include "alces_platform/recording/byte_source.h"
+
+#include <algorithm>
+#include <cerrno>
+
+namespace alces {
+
+std::size_t MemorySource::read(std::span<std::uint8_t> room) {
+  const std::size_t size = std::min(room.size(), bytes_.size());
+  std::ranges::copy(bytes_.first(size), room.begin());
+  bytes_ = bytes_.subspan(size);
+  return size;
+}
+
+FileSource::FileSource(const char* path) : file_(std::fopen(path, "rbe")) {
+  if (file_ == nullptr) error_number_ = errno;
+}
+
+FileSource::~FileSource() {
+  if (file_ != nullptr) std::fclose(file_);
+}
+
+std::size_t FileSource::read(std::span<std::uint8_t> room) {
+  if (file_ == nullptr) return 0;
+  const std::size_t size = std::fread(room.data(), 1, room.size(), file_);
+  if (size < room.size() && std::ferror(file_) != 0) error_number_ = errno;
+  return size;
+}
+
+}  // namespace alces

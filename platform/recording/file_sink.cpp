@@ -1,0 +1,75 @@
+#include "alces_platform/recording/file_sink.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+
+namespace alces {
+
+FileSink::~FileSink() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool FileSink::open(const char* path) {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  size_ = 0;
+  error_number_ = 0;
+  descriptor_ = ::open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  struct stat status {};
+  if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
+    error_number_ = errno;
+  } else if (!S_ISREG(status.st_mode)) {
+    error_number_ = ESPIPE;  // it could not be cut back to the last whole write
+  }
+  if (error_number_ == 0) return true;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+  return false;
+}
+
+bool FileSink::write(std::span<const std::uint8_t> bytes) {
+  if (descriptor_ < 0) {
+    error_number_ = EBADF;
+    return false;
+  }
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t written =
+        ::pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_ + done));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      error_number_ = written < 0 ? errno : ENOSPC;
+      // Should even this fail, the next write still starts at size_ and covers what is left there.
+      if (::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0 && error_number_ == 0)
+        error_number_ = errno;
+      return false;
+    }
+    done += static_cast<std::size_t>(written);
+  }
+#ifdef SYNC_FILE_RANGE_WRITE
+  // A hint: on file systems that know nothing of it the data goes to the disk a little later.
+  static_cast<void>(::sync_file_range(descriptor_, static_cast<off64_t>(size_),
+                                      static_cast<off64_t>(bytes.size()), SYNC_FILE_RANGE_WRITE));
+#endif
+  size_ += bytes.size();
+  return true;
+}
+
+bool FileSink::sync() {
+  if (descriptor_ >= 0 && ::fdatasync(descriptor_) == 0) return true;
+  error_number_ = descriptor_ >= 0 ? errno : EBADF;
+  return false;
+}
+
+bool FileSink::close() {
+  if (descriptor_ < 0) return true;
+  const bool closed = ::close(descriptor_) == 0;
+  if (!closed) error_number_ = errno;
+  descriptor_ = -1;
+  return closed;
+}
+
+}  // namespace alces

@@ -1,0 +1,340 @@
+// Files in every state: cut anywhere, damaged anywhere, absurd, foreign.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "recording_bench.h"
+
+namespace alces {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::uint32_t event_count = 300;
+
+/// Every event read was recorded, and they are in order. Returns false when one is not.
+bool are_recorded_in_order(const ReadBack& read) {
+  std::uint32_t i = 0;
+  for (const sample::OwnedEvent& owned : read.events) {
+    while (i < event_count && !sample::same(owned.event, sample::event_at(i).event)) ++i;
+    if (i == event_count) return false;
+    ++i;
+  }
+  return true;
+}
+
+std::size_t record_length(const Bytes& bytes, std::size_t at) {
+  std::uint64_t length = 0;
+  std::memcpy(&length, bytes.data() + at + 1, sizeof length);
+  return 9 + static_cast<std::size_t>(length);
+}
+
+/// Where the records of the file begin.
+std::vector<std::size_t> records(const Bytes& bytes, std::uint8_t opcode) {
+  std::vector<std::size_t> found;
+  for (std::size_t at = 8; at + 9 < bytes.size(); at += record_length(bytes, at)) {
+    if (bytes[at] == opcode) found.push_back(at);
+  }
+  return found;
+}
+
+TEST_CASE("cut at any byte, a recording gives its events up to the cut") {
+  const Bytes whole = sample_recording(event_count);
+  const std::vector<std::size_t> chunks = records(whole, 6);
+  REQUIRE(chunks.size() > 4);
+  std::size_t events_before = 0;
+  std::size_t wrong = 0;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const ReadBack read = read_back(std::span(whole).first(size));
+    const bool is_prefix =
+        read.events.size() >= events_before && read.counters.messages_missing == 0 &&
+        (read.events.empty() ||
+         sample::same(read.events.back().event,
+                      sample::event_at(static_cast<std::uint32_t>(read.events.size() - 1)).event));
+    if (!is_prefix || read.is_whole || read.problems.empty() || read.opened != (size >= 8)) ++wrong;
+    events_before = read.events.size();
+  }
+  CHECK(wrong == 0);
+  CHECK(events_before == event_count);
+}
+
+TEST_CASE("cut inside a chunk, its whole messages are read and called unverified") {
+  const Bytes whole = sample_recording(event_count);
+  const std::size_t chunk = records(whole, 6)[2];
+  const std::size_t cut = chunk + record_length(whole, chunk) / 2;
+  const ReadBack read = read_back(std::span(whole).first(cut));
+  CHECK(read.file.messages_unverified > 5);
+  REQUIRE(read.problems.size() == 1);
+  CHECK_THAT(read.problems[0],
+             Catch::StartsWith("byte " + std::to_string(chunk) + ": ") && Catch::Contains("cut"));
+}
+
+TEST_CASE("with any byte damaged nothing is read that was not recorded, and the damage is said") {
+  const Bytes whole = sample_recording(event_count);
+  const std::size_t first_chunk = records(whole, 6)[0];
+  std::size_t unnoticed = 0;
+  std::size_t false_events = 0;
+  std::size_t fewest = event_count;
+  for (std::size_t at = first_chunk; at < whole.size(); at += 3) {
+    Bytes damaged = whole;
+    damaged[at] ^= static_cast<std::uint8_t>(1U << (at % 8));
+    const ReadBack read = read_back(damaged);
+    if (read.is_whole) ++unnoticed;
+    if (!are_recorded_in_order(read)) ++false_events;
+    fewest = std::min(fewest, read.events.size());
+  }
+  CHECK(unnoticed == 0);
+  CHECK(false_events == 0);
+  CHECK(fewest > event_count / 2);  // one chunk at most, of several
+}
+
+TEST_CASE("with bytes of the head damaged, reading never fails worse than by losing channels") {
+  const Bytes whole = sample_recording(40);
+  const std::size_t first_chunk = records(whole, 6)[0];
+  std::size_t invented = 0;
+  for (std::size_t at = 8; at < first_chunk; at += 7) {
+    Bytes damaged = whole;
+    damaged[at] ^= 0x41;
+    if (read_back(damaged).events.size() > 40) ++invented;
+  }
+  CHECK(invented == 0);
+}
+
+TEST_CASE("a chunk with a wrong CRC is passed over, counted and told with its byte") {
+  Bytes bytes = sample_recording(event_count);
+  const std::size_t chunk = records(bytes, 6)[1];
+  bytes[chunk + 200] ^= 1;
+  const ReadBack read = read_back(bytes);
+  CHECK(read.file.chunks_corrupt == 1);
+  CHECK(read.counters.messages_missing > 10);
+  CHECK(read.events.size() < event_count);
+  CHECK(sample::same(read.events.back().event, sample::event_at(event_count - 1).event));
+  REQUIRE(read.problems.size() == 1);
+  CHECK_THAT(read.problems[0],
+             Catch::StartsWith("byte " + std::to_string(chunk) + ": a chunk whose CRC is wrong"));
+}
+
+TEST_CASE("after a damaged length, reading goes on at the next chunk") {
+  Bytes bytes = sample_recording(event_count);
+  const std::vector<std::size_t> chunks = records(bytes, 6);
+  SECTION("absurdly large") {
+    bytes[chunks[1] + 8] = 0x7f;
+  }
+  SECTION("larger than the file") {
+    bytes[chunks[1] + 3] = 0x10;
+  }
+  SECTION("a hole of zeros, as a power loss may leave") {
+    std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(chunks[1]),
+              bytes.begin() + static_cast<std::ptrdiff_t>(chunks[1] + 300), std::uint8_t{0});
+  }
+  const ReadBack read = read_back(bytes);
+  CHECK_FALSE(read.is_whole);
+  CHECK(read.file.records_corrupt == 1);
+  CHECK(read.file.bytes_skipped >= record_length(bytes, chunks[2]) / 2);
+  CHECK(read.events.size() > event_count / 2);
+  CHECK(are_recorded_in_order(read));
+  CHECK(sample::same(read.events.back().event, sample::event_at(event_count - 1).event));
+}
+
+TEST_CASE("a file that ends in zeros is read up to them") {
+  const Bytes whole = sample_recording(event_count);
+  const std::size_t chunk = records(whole, 6)[3];
+  Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(chunk));
+  const std::size_t events = read_back(bytes).events.size();
+  bytes.resize(bytes.size() + 100'000);
+  const ReadBack read = read_back(bytes);
+  CHECK(read.events.size() == events);
+  CHECK(events > 10);
+  CHECK(read.file.bytes_skipped == 100'000);
+  CHECK_FALSE(read.is_whole);
+}
+
+TEST_CASE("unknown records are passed over") {
+  const Bytes whole = sample_recording(event_count);
+  const std::size_t chunk = records(whole, 6)[1];
+  for (const int opcode : {0x10, 0x7f, 0x80, 0xff}) {
+    Bytes bytes = whole;
+    const Bytes unknown = {static_cast<std::uint8_t>(opcode), 3, 0, 0, 0, 0, 0, 0, 0, 'a', 'b', 'c'};
+    bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(chunk), unknown.begin(), unknown.end());
+    const ReadBack read = read_back(bytes);
+    CHECK(read.events.size() == event_count);
+    CHECK(read.file.records_unknown == 1);
+  }
+}
+
+TEST_CASE("what is no recording is refused in a sentence") {
+  for (const std::string text : {"", "MCAP", "not a recording at all", "\x89MCAP1\r\n"}) {
+    const ReadBack read =
+        read_back(std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+    CHECK_FALSE(read.opened);
+    CHECK_FALSE(read.is_whole);
+    CHECK(read.events.empty());
+    CHECK(read.problems.size() == 1);
+  }
+}
+
+/// A container around hand-made records.
+class HandMade {
+ public:
+  HandMade() {
+    bytes_.assign(mcap::magic.begin(), mcap::magic.end());
+    record(1, [](ByteWriter& out) {
+      out.string("ros2");
+      out.string("by hand");
+    });
+  }
+  template <typename Fill>
+  HandMade& record(std::uint8_t opcode, Fill fill) {
+    Bytes content(1 << 16);
+    ByteWriter out(content);
+    fill(out);
+    bytes_.push_back(opcode);
+    const std::uint64_t length = out.position();
+    const auto* raw = reinterpret_cast<const std::uint8_t*>(&length);
+    bytes_.insert(bytes_.end(), raw, raw + 8);
+    bytes_.insert(bytes_.end(), content.begin(), content.begin() + static_cast<std::ptrdiff_t>(length));
+    return *this;
+  }
+  HandMade& tick_channel(std::string_view schema = "alces_msgs/msg/Tick") {
+    record(3, [&](ByteWriter& out) {
+      out.u16(1);
+      out.string(schema);
+      out.string("ros2msg");
+      out.string("");
+    });
+    return record(4, [](ByteWriter& out) {
+      out.u16(5);
+      out.u16(1);
+      out.string("/alces/tick");
+      out.string("cdr");
+      out.u32(0);
+    });
+  }
+  HandMade& message(std::uint16_t channel, std::uint64_t stamp_ns, const Bytes& data) {
+    return record(5, [&](ByteWriter& out) {
+      out.u16(channel);
+      out.u32(sequence_++);
+      out.u64(stamp_ns);
+      out.u64(stamp_ns);
+      out.bytes(data);
+    });
+  }
+  [[nodiscard]] const Bytes& bytes() const { return bytes_; }
+
+ private:
+  Bytes bytes_;
+  std::uint32_t sequence_ = 0;
+};
+
+const Bytes tick_data = {0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0};
+
+TEST_CASE("messages outside of chunks are read") {
+  HandMade file;
+  file.tick_channel().message(5, 77, tick_data).message(5, 78, tick_data);
+  const ReadBack read = read_back(file.bytes());
+  REQUIRE(read.events.size() == 2);
+  CHECK(read.events[1].event.stamp_ns == 78);
+}
+
+TEST_CASE("a message too short for its type, or in another encapsulation, is counted as malformed") {
+  HandMade file;
+  file.tick_channel();
+  file.message(5, 1, {})
+      .message(5, 2, {0, 1, 0, 0, 1, 0, 0})
+      .message(5, 3, {0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0});
+  file.message(5, 4, tick_data);
+  const ReadBack read = read_back(file.bytes());
+  CHECK(read.events.size() == 1);
+  CHECK(read.counters.messages_malformed == 3);
+}
+
+TEST_CASE(
+    "messages of channels that were not announced are counted, those of foreign types are passed on as "
+    "such") {
+  HandMade unannounced;
+  unannounced.message(5, 1, tick_data).message(6, 1, tick_data);
+  const ReadBack none = read_back(unannounced.bytes());
+  CHECK(none.events.empty());
+  CHECK(none.file.messages_without_channel == 2);
+
+  HandMade foreign;
+  foreign.tick_channel("std_msgs/msg/Header").message(5, 1, tick_data);
+  const ReadBack read = read_back(foreign.bytes());
+  CHECK(read.events.empty());
+  CHECK(read.counters.foreign == 1);
+}
+
+TEST_CASE("a compressed chunk is refused by name") {
+  HandMade file;
+  file.tick_channel().record(6, [](ByteWriter& out) {
+    out.u64(1);
+    out.u64(2);
+    out.u64(100);
+    out.u32(0);
+    out.string("zstd");
+    out.u64(4);
+    out.u32(0xfd2fb528);
+  });
+  const ReadBack read = read_back(file.bytes());
+  CHECK(read.file.chunks_compressed == 1);
+  REQUIRE_FALSE(read.problems.empty());
+  CHECK_THAT(read.problems[0], Catch::Contains("'zstd'") && Catch::Contains("mcap decompress"));
+}
+
+TEST_CASE("counts inside a message that its bytes cannot hold are refused without asking for memory") {
+  HandMade file;
+  file.record(3, [](ByteWriter& out) {
+    out.u16(1);
+    out.string("nav_msgs/msg/Path");
+    out.string("ros2msg");
+    out.string("");
+  });
+  file.record(4, [](ByteWriter& out) {
+    out.u16(5);
+    out.u16(1);
+    out.string("/alces/path");
+    out.string("cdr");
+    out.u32(0);
+  });
+  Bytes data(64);
+  CdrWriter cdr(data);
+  cdr.header(1, "map");
+  cdr.number(std::uint32_t{0xffffffff});
+  file.message(5, 1, data);
+  const ReadBack read = read_back(file.bytes());
+  CHECK(read.counters.messages_malformed == 1);
+}
+
+TEST_CASE("a summary counts messages by topic and says whether the file is whole") {
+  const Bytes whole = sample_recording(event_count);
+  MemorySource source(whole);
+  const RecordingSummary summary = summarise_recording(source);
+  CHECK(summary.is_recording);
+  CHECK(summary.is_whole);
+  CHECK(summary.has_configuration);
+  CHECK(summary.bytes == whole.size());
+  CHECK(summary.utc_offset_ns == sample::utc_offset_ns);
+  CHECK(summary.begin_ns == sample::begin_ns);
+  CHECK(summary.end_ns > summary.begin_ns);
+  std::uint64_t sum = 0;
+  for (const RecordingSummary::Topic& topic : summary.topics) {
+    sum += topic.messages;
+    if (topic.name == "/alces/tick") {
+      CHECK(topic.type == "alces_msgs/msg/Tick");
+      CHECK(topic.messages == (event_count + 12) / 13);
+      CHECK(topic.bytes == 12 * topic.messages);
+    }
+  }
+  CHECK(sum == summary.messages);
+
+  const std::span<const std::uint8_t> bytes(whole);
+  MemorySource half(bytes.first(whole.size() / 2));
+  const RecordingSummary cut = summarise_recording(half);
+  CHECK(cut.is_recording);
+  CHECK_FALSE(cut.is_whole);
+  CHECK(cut.messages < summary.messages);
+  CHECK(cut.problems.size() == 1);
+}
+
+}  // namespace
+}  // namespace alces
