@@ -28,8 +28,8 @@ class SimulatedCia402Drive final : private CanopenApplication {
 
   struct Config {
     Model model = Model::tmcm1636;
-    CanopenSlaveConfig slave;  ///< node, latencies, boot time
-    Cia402AxisConfig axis;     ///< encoder, units, friction
+    CanopenSlaveConfig slave = {};  ///< node, latencies, boot time
+    Cia402AxisConfig axis = {};     ///< encoder, units, friction
     double motor_turns_per_head_turn = 1;
   };
 
