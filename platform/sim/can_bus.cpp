@@ -7,7 +7,8 @@ namespace alces::sim {
 namespace {
 
 // linux/can/error.h
-constexpr std::uint32_t error_controller = 0x004, error_bus_off = 0x040, error_bus = 0x080, error_restarted = 0x100;
+constexpr std::uint32_t error_controller = 0x004, error_bus_off = 0x040, error_bus = 0x080,
+                        error_restarted = 0x100;
 constexpr std::uint8_t passive_both = 0x30;  // CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE
 
 bool is_of_node(const CanFrame& frame, std::uint32_t function, const CanNode& node) {
@@ -137,7 +138,8 @@ void CanBus::step_traffic(std::int64_t now_ns) {
     CanFrame frame;
     const int kind = random_.integer(0, 9);
     if (kind < 4) {
-      frame.id = 0x010U + static_cast<std::uint32_t>(random_.integer(0, 0x2f));  // goes before all of CANopen's
+      frame.id =
+          0x010U + static_cast<std::uint32_t>(random_.integer(0, 0x2f));  // goes before all of CANopen's
     } else if (kind < 8) {
       frame.id = 0x7a0U + static_cast<std::uint32_t>(random_.integer(0, 0x2f));  // goes after it
     } else {
@@ -244,7 +246,8 @@ void CanBus::arrive_at_host(const Pending& sent, std::int64_t end_ns) {
     return;
   }
   tell_host(sent.frame, end_ns);
-  if (strikes(faults_.active(Fault::pdo_duplicated, end_ns))) tell_host(sent.frame, end_ns + duration_ns(sent.frame));
+  if (strikes(faults_.active(Fault::pdo_duplicated, end_ns)))
+    tell_host(sent.frame, end_ns + duration_ns(sent.frame));
 }
 
 }  // namespace alces::sim

@@ -1,7 +1,9 @@
 #include "alces_platform/sim/gps_receiver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numbers>
 
 namespace alces::sim {
@@ -99,8 +101,8 @@ void GpsReceiver::sentences(std::int64_t stamp_ns) {
     measured.y() += static_cast<double>(argument_or(*absurd, 1'000'000));
 
   const Geodetic here = geodetic(measured);
-  const std::string position = angle_text(here.latitude_deg, 2, 'N', 'S') + "," +
-                               angle_text(here.longitude_deg, 3, 'E', 'W');
+  const std::string position =
+      angle_text(here.latitude_deg, 2, 'N', 'S') + "," + angle_text(here.longitude_deg, 3, 'E', 'W');
   const auto elapsed_s = static_cast<std::uint32_t>((stamp_ns - start_stamp_ns_) / second_ns);
   const std::uint32_t total_s = settings_.first_time_of_day_s + elapsed_s;
   const std::uint32_t day_s = total_s % 86400;
@@ -123,8 +125,8 @@ void GpsReceiver::sentences(std::int64_t stamp_ns) {
   // From 1 June 2008 on, a month at most.
   const std::uint32_t day = 1 + (total_s / 86400) % 30;
   if (has_fix) {
-    std::snprintf(body, sizeof body, "GPRMC,%s,A,%s,%.2f,%.1f,%02u0608,,,A", time, position.c_str(), knots, course,
-                  day);
+    std::snprintf(body, sizeof body, "GPRMC,%s,A,%s,%.2f,%.1f,%02u0608,,,A", time, position.c_str(), knots,
+                  course, day);
   } else {
     std::snprintf(body, sizeof body, "GPRMC,%s,V,,,,,,,%02u0608,,,N", time, day);
   }
@@ -137,7 +139,8 @@ void GpsReceiver::poll(std::int64_t now_ns, SerialOutput& output) {
     text_.clear();
     sentences(next_ns_);
     if (faults_.active(Fault::gps_silent, next_ns_) != nullptr) continue;
-    output.write({reinterpret_cast<const std::uint8_t*>(text_.data()), text_.size()}, next_ns_ + latency_ns);
+    output.write({reinterpret_cast<const std::uint8_t*>(text_.data()), text_.size()}, next_ns_ + latency_ns,
+                 settings_.baud_rate);
   }
 }
 

@@ -13,8 +13,8 @@ HeadEncoder::HeadEncoder(const HeadEncoderSettings& settings, double index_angle
     : settings_(settings), index_angle_rad_(index_angle_rad), random_(mix(seed, 90)) {}
 
 // Passes of the angles first + k * spacing, k any whole number.
-void HeadEncoder::cross(double from_rad, double to_rad, double first_rad, double spacing_rad, std::uint8_t line,
-                        bool rises_forwards) {
+void HeadEncoder::cross(double from_rad, double to_rad, double first_rad, double spacing_rad,
+                        std::uint8_t line, bool rises_forwards) {
   if (from_rad == to_rad) return;
   const bool is_forwards = to_rad > from_rad;
   // Forwards, an edge at the new angle itself belongs to this step, one at the old angle to the step before.
@@ -70,7 +70,8 @@ void HeadEncoder::step(std::int64_t now_ns, double angle_rad, const FaultPlan& f
       std::uint8_t line = crossing.line;
       if (line == index && faults.active(Fault::index_missing, stamp_ns) != nullptr) continue;
       if (line != index && faults.active(Fault::ab_swapped, stamp_ns) != nullptr)
-        line = line == HeadEncoderSettings::a_line ? HeadEncoderSettings::b_line : HeadEncoderSettings::a_line;
+        line =
+            line == HeadEncoderSettings::a_line ? HeadEncoderSettings::b_line : HeadEncoderSettings::a_line;
       emit(stamp_ns, line, crossing.is_rising, faults, edges);
       if (line == index && faults.active(Fault::index_bouncing, stamp_ns) != nullptr) {
         std::int64_t bounce_ns = stamp_ns;

@@ -4,7 +4,8 @@
 
 namespace alces::sim {
 
-SteadyHead::SteadyHead(std::int64_t start_stamp_ns, double speed_rad_per_s, double ramp_s, double first_angle_rad)
+SteadyHead::SteadyHead(std::int64_t start_stamp_ns, double speed_rad_per_s, double ramp_s,
+                       double first_angle_rad)
     : start_stamp_ns_(start_stamp_ns),
       speed_rad_per_s_(speed_rad_per_s),
       ramp_s_(ramp_s),
@@ -33,8 +34,9 @@ double HeadTrack::angle_rad(std::int64_t stamp_ns) const {
     return sample.angle_rad +
            sample.velocity_rad_per_s * static_cast<double>(stamp_ns - sample.stamp_ns) * 1e-9;
   };
-  const auto later = std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
-                                      [](const Sample& sample, std::int64_t time) { return sample.stamp_ns < time; });
+  const auto later =
+      std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
+                       [](const Sample& sample, std::int64_t time) { return sample.stamp_ns < time; });
   if (later == samples_.end()) return along(samples_.back());
   if (later == samples_.begin()) return along(samples_.front());
   const Sample& a = *(later - 1);

@@ -50,8 +50,16 @@ OdometrySensor::OdometrySensor(const OdometrySensorSettings& settings, std::uint
       return signal.can_id == frame.can_id && signal.quantity != OdometryQuantity::gyro_yaw_rate &&
              signal.quantity != OdometryQuantity::counter;
     });
-    timetables_.push_back({frame, has_wheels, period_ns, start_stamp_ns + phase_ns, start_stamp_ns, 0,
-                           Random(mix(seed, 72, number++)), 0, 0, {}});
+    timetables_.push_back({frame,
+                           has_wheels,
+                           period_ns,
+                           start_stamp_ns + phase_ns,
+                           start_stamp_ns,
+                           0,
+                           Random(mix(seed, 72, number++)),
+                           0,
+                           0,
+                           {}});
   }
 }
 
@@ -85,7 +93,8 @@ void OdometrySensor::sample(Timetable& timetable) {
   const double turn = 0.5 * settings_.track_m * rate * turn_scale_;
   const auto wheel = [&](double true_speed, double slip) {
     // A wheel that stands measures nothing: its error goes with its speed.
-    const double noise = settings_.speed_noise_m_per_s * random.normal() * std::min(1.0, std::abs(true_speed) / 0.2);
+    const double noise =
+        settings_.speed_noise_m_per_s * random.normal() * std::min(1.0, std::abs(true_speed) / 0.2);
     return scale_ * true_speed * (1 + slip) + noise;
   };
   double left = wheel(speed - turn, left_slip_);
@@ -128,7 +137,8 @@ void OdometrySensor::poll(std::int64_t now_ns, const FaultPlan& faults, std::vec
                             signal.quantity == OdometryQuantity::right_way ||
                             signal.quantity == OdometryQuantity::counter;
         const double value = timetable.values[at(signal.quantity)];
-        // A signal outside of its frame is a mistake in the table; there is nobody to tell but the test that looks.
+        // A signal outside of its frame is a mistake in the table; there is nobody to tell but the test that
+        // looks.
         (void)put_signal(signal.signal, counts ? wrapped(signal.signal, value) : value,
                          std::span(output.frame.data).first(output.frame.size));
       }

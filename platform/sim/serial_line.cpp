@@ -60,12 +60,12 @@ std::vector<std::uint8_t> SerialLine::garbled(std::span<const std::uint8_t> byte
   return wrong;
 }
 
-void SerialLine::write(std::span<const std::uint8_t> bytes, std::int64_t start_stamp_ns) {
-  const std::uint32_t baud = device_->baud_rate();
+void SerialLine::write(std::span<const std::uint8_t> bytes, std::int64_t start_stamp_ns, std::uint32_t baud) {
+  if (bytes.empty()) return;
   Run run;
   run.begin_ns = std::max(start_stamp_ns, to_host_free_ns_);
   run.byte_ns = byte_ns(baud);
-  to_host_free_ns_ = run.end_ns(bytes.size()) - static_cast<std::int64_t>(run.byte_ns);
+  to_host_free_ns_ = run.end_ns(bytes.size() - 1);
   if (!is_up_) {
     counters_.bytes_lost += bytes.size();
     return;
@@ -96,8 +96,9 @@ void SerialLine::write(std::span<const std::uint8_t> bytes, std::int64_t start_s
     }
     run.bytes.push_back(byte);
   }
-  to_host_free_ns_ = std::max(to_host_free_ns_, run.end_ns(run.bytes.size()));
-  if (!run.bytes.empty()) to_host_.push_back(std::move(run));
+  if (run.bytes.empty()) return;
+  to_host_free_ns_ = std::max(to_host_free_ns_, run.end_ns(run.bytes.size() - 1));
+  to_host_.push_back(std::move(run));
 }
 
 void SerialLine::set_link(bool is_up, std::int64_t now_ns) {
@@ -179,14 +180,17 @@ void SerialLine::step(std::int64_t now_ns) {
   if (to_host_.empty() && is_up_) {
     if (const Injection* garbage = faults_.active(Fault::laser_garbage, channel_, now_ns)) {
       const double seconds = static_cast<double>(now_ns - now_ns_) * 1e-9;
-      const auto count = static_cast<int>(static_cast<double>(number_or(*garbage, 2000)) * seconds + random_.uniform());
+      const auto count =
+          static_cast<int>(static_cast<double>(number_or(*garbage, 2000)) * seconds + random_.uniform());
       Run run;
       run.begin_ns = std::max(now_ns_, to_host_free_ns_);
       run.byte_ns = byte_ns(host_baud_);
       for (int i = 0; i < count; ++i) run.bytes.push_back(static_cast<std::uint8_t>(random_.next()));
       counters_.bytes_garbled += run.bytes.size();
-      to_host_free_ns_ = run.end_ns(run.bytes.size());
-      if (!run.bytes.empty()) to_host_.push_back(std::move(run));
+      if (count > 0) {
+        to_host_free_ns_ = run.end_ns(run.bytes.size() - 1);
+        to_host_.push_back(std::move(run));
+      }
     }
   }
   step_to_device(now_ns);

@@ -43,10 +43,10 @@ SimulatedRig::SimulatedRig(const RigSettings& settings, std::shared_ptr<const To
       sweeps_{LaserSweeps(sweep_settings(settings_, 0), caster_, motion_, head_, settings_.geometry),
               LaserSweeps(sweep_settings(settings_, 1), caster_, motion_, head_, settings_.geometry)},
       can_(settings_.can, settings_.seed, settings_.motion.start_stamp_ns, faults_, events_),
-      lines_{SerialLine(settings_.serial, laser_a_channel, settings_.seed, settings_.motion.start_stamp_ns, faults_,
-                        events_),
-             SerialLine(settings_.serial, laser_b_channel, settings_.seed, settings_.motion.start_stamp_ns, faults_,
-                        events_),
+      lines_{SerialLine(settings_.serial, laser_a_channel, settings_.seed, settings_.motion.start_stamp_ns,
+                        faults_, events_),
+             SerialLine(settings_.serial, laser_b_channel, settings_.seed, settings_.motion.start_stamp_ns,
+                        faults_, events_),
              SerialLine(gps_line(settings_.serial, settings_.gps), gps_channel, settings_.seed,
                         settings_.motion.start_stamp_ns, faults_, events_)},
       gps_(settings_.gps, settings_.seed, motion_, town_->scene(), settings_.geometry.body_from_antenna_m,
@@ -89,7 +89,8 @@ void SimulatedRig::start_fault(const Injection& injection) {
     case Fault::odometry_jump:
       odometry_.jump(static_cast<double>(argument_or(injection, 30'000)) * 1e-3);
       break;
-    // Looked up while they last: can_bus.cpp, head_encoder.cpp, serial_line.cpp, odometry_sensor.cpp, gps_receiver.cpp.
+    // Looked up while they last: can_bus.cpp, head_encoder.cpp, serial_line.cpp, odometry_sensor.cpp,
+    // gps_receiver.cpp.
     case Fault::node_absent:
     case Fault::heartbeat_lost:
     case Fault::sdo_silence:

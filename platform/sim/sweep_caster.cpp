@@ -37,8 +37,8 @@ void SweepCaster::cast(const SweepRequest& request) const {
     const Eigen::Vector3d in_body = request.body_from_laser.rotation * direction;
     if (in_body.z() < 0) {  // perhaps the own deck
       const double range_m = drop_m / -in_body.z();
-      const Eigen::Vector2d there_m = request.body_from_laser.translation_m.head<2>() +
-                                      range_m * in_body.head<2>() - axis_m;
+      const Eigen::Vector2d there_m =
+          request.body_from_laser.translation_m.head<2>() + range_m * in_body.head<2>() - axis_m;
       if (there_m.squaredNorm() < geometry_.deck_radius_m * geometry_.deck_radius_m) {
         request.ranges_m[ray] = static_cast<float>(meter.measure_near(range_m, random));
         continue;
@@ -77,7 +77,8 @@ LaserSweeps::Guess LaserSweeps::guess(std::int64_t first_ray_stamp_ns, double ra
 
 SweepRequest LaserSweeps::request(Guess& guess, double ray_interval_ns) const {
   const std::int64_t begin_ns = guess.first_ray_stamp_ns;
-  const std::int64_t end_ns = after(begin_ns, ray_interval_ns * static_cast<double>(guess.ranges_m.size() - 1));
+  const std::int64_t end_ns =
+      after(begin_ns, ray_interval_ns * static_cast<double>(guess.ranges_m.size() - 1));
   const Pose begin = geometry_.body_from_laser(settings_.laser, guess.begin_angle_rad);
   const Pose end = geometry_.body_from_laser(settings_.laser, guess.end_angle_rad);
   SweepRequest request;
@@ -121,7 +122,7 @@ void LaserSweeps::sweep(std::int64_t first_ray_stamp_ns, double ray_interval_ns,
   } else {
     // Guessing wrong costs a batch each time: wait longer after each.
     if (!guesses_.empty()) {
-      wrong_in_a_row_ = std::min<std::uint32_t>(wrong_in_a_row_ + 1, 6);
+      wrong_in_a_row_ = std::min<std::uint32_t>(wrong_in_a_row_ + 1, 4);
       patience_sweeps_ = 1U << wrong_in_a_row_;
     } else if (patience_sweeps_ > 0) {
       --patience_sweeps_;

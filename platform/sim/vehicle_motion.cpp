@@ -37,8 +37,8 @@ std::vector<Vector3d> low_pass(const std::vector<Vector3d>& values, double sigma
   return smoothed;
 }
 
-/// Speeds at the ends of cells of equal length: below `limits`, from standstill to standstill, and no change faster than
-/// `acceleration`.
+/// Speeds at the ends of cells of equal length: below `limits`, from standstill to standstill, and no change
+/// faster than `acceleration`.
 std::vector<double> speeds(std::vector<double> limits, double cell_m, double acceleration_m_per_s2) {
   const double gain = 2 * acceleration_m_per_s2 * cell_m;
   limits.front() = 0;
@@ -109,9 +109,10 @@ void VehicleMotion::set_timetable(std::size_t cells) {
   for (std::size_t i = 0; i <= cells; ++i) {
     const double way_m = static_cast<double>(i) * cell_m;
     const auto place = xy_m_.at(way_m);
-    const double curvature = std::abs(place.first.x() * place.second.y() - place.first.y() * place.second.x()) /
-                             std::pow(place.first.norm(), 3);
-    bend_limit[i] = settings_.yaw_rate_limit_rad_per_s / std::max(curvature, 1e-6);
+    const double curvature =
+        std::abs(place.first.x() * place.second.y() - place.first.y() * place.second.x()) /
+        std::pow(place.first.norm(), 3);
+    bend_limit[i] = settings_.mean_speed_m_per_s / (settings_.bend_radius_m * std::max(curvature, 1e-6));
     pace_factor[i] = 1 + 0.08 * pace(way_m);
   }
   const auto speeds_at = [&](double cruise_m_per_s) {
@@ -121,10 +122,11 @@ void VehicleMotion::set_timetable(std::size_t cells) {
     return speeds(std::move(limits), cell_m, settings_.acceleration_m_per_s2);
   };
 
-  // The cruising speed that gives the mean; where bends forbid it, three times the mean, and the drive takes longer.
+  // The cruising speed that gives the mean; where that would be far above the mean, because bends and ramps
+  // take too much of a short drive, the drive takes longer instead.
   const double way_m = static_cast<double>(cells) * cell_m;
   const double wanted_s = way_m / settings_.mean_speed_m_per_s;
-  double low = 0.5 * settings_.mean_speed_m_per_s, high = 3 * settings_.mean_speed_m_per_s;
+  double low = 0.5 * settings_.mean_speed_m_per_s, high = 1.4 * settings_.mean_speed_m_per_s;
   for (int round = 0; round < 40; ++round) {
     const double middle = 0.5 * (low + high);
     (duration_s(speeds_at(middle), cell_m) > wanted_s ? low : high) = middle;
@@ -156,7 +158,8 @@ void VehicleMotion::set_timetable(std::size_t cells) {
     }
     knots.emplace_back(Knot::Constant(here_m));
   }
-  // The spline reaches two knots around each of its points: it rolls a little before and stands a little after.
+  // The spline reaches two knots around each of its points: it rolls a little before and stands a little
+  // after.
   way_m_ = {0, knot_s, std::move(knots)};
   roll_stamp_ns_ -= static_cast<std::int64_t>(2 * knot_s * 1e9);
   stop_stamp_ns_ += static_cast<std::int64_t>(2 * knot_s * 1e9);
@@ -183,8 +186,8 @@ VehicleMotion::State VehicleMotion::at(std::int64_t stamp_ns) const {
 
   const Vector3d velocity(xy.first.x() * speed, xy.first.y() * speed, standing.first.x() * speed);
   state.velocity_m_per_s = state.town_from_body.rotation.conjugate() * velocity;
-  const double yaw_rate = speed * (xy.first.x() * xy.second.y() - xy.first.y() * xy.second.x()) /
-                          xy.first.squaredNorm();
+  const double yaw_rate =
+      speed * (xy.first.x() * xy.second.y() - xy.first.y() * xy.second.x()) / xy.first.squaredNorm();
   const double pitch_rate = speed * standing.first.y();
   const double roll_rate = speed * standing.first.z();
   state.rate_rad_per_s = {roll_rate - yaw_rate * std::sin(pitch),

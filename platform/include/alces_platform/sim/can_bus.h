@@ -1,7 +1,8 @@
-// The simulated CAN bus: frames take their time on the wire, the lowest identifier goes first, and faults happen.
+// The simulated CAN bus: frames take their time on the wire, the lowest identifier goes first, and faults
+// happen.
 //
-// On it: the host (this is its CanPort), CANopen nodes (the motor drive), sensors that only send, and on request other
-// nodes' traffic. Error frames have the form of Linux' linux/can/error.h.
+// On it: the host (this is its CanPort), CANopen nodes (the motor drive), sensors that only send, and on
+// request other nodes' traffic. Error frames have the form of Linux' linux/can/error.h.
 #pragma once
 
 #include <cstdint>
@@ -33,19 +34,20 @@ class CanNode {
 struct CanBusSettings {
   std::uint32_t bit_rate = 500'000;
   std::size_t host_queue_frames = 64;
-  double latency_us = 80;       ///< mean (exponential), from the kernel's time stamp until the host hears of a frame
-  bool reports_sent = true;     ///< events of kind can_sent for the host's own frames
+  double latency_us =
+      80;  ///< mean (exponential), from the kernel's time stamp until the host hears of a frame
+  bool reports_sent = true;  ///< events of kind can_sent for the host's own frames
 };
 
 class CanBus final : public CanPort {
  public:
   struct Counters {
-    std::uint64_t frames = 0;          ///< on the wire
+    std::uint64_t frames = 0;  ///< on the wire
     std::uint64_t from_host = 0;
-    std::uint64_t refused = 0;         ///< send() answered false
+    std::uint64_t refused = 0;  ///< send() answered false
     std::uint64_t lost_by_fault = 0;
     std::uint64_t error_frames = 0;
-    std::uint64_t busy_us = 0;         ///< of the wire
+    std::uint64_t busy_us = 0;  ///< of the wire
     template <class Visitor>
     void visit(Visitor&& visit) const {
       visit("frames", frames);
@@ -57,8 +59,8 @@ class CanBus final : public CanPort {
     }
   };
 
-  CanBus(const CanBusSettings& settings, std::uint64_t seed, std::int64_t start_stamp_ns, const FaultPlan& faults,
-         EventQueue& events);
+  CanBus(const CanBusSettings& settings, std::uint64_t seed, std::int64_t start_stamp_ns,
+         const FaultPlan& faults, EventQueue& events);
 
   void attach(CanNode& node) { nodes_.push_back(&node); }
 

@@ -13,8 +13,8 @@ namespace alces::sim {
 
 class EventQueue {
  public:
-  /// `due_ns`: when the host hears of it; the event's own stamp is usually a little earlier. Of equally due events the
-  /// first pushed comes first. `bytes` become the event's.
+  /// `due_ns`: when the host hears of it; the event's own stamp is usually a little earlier. Of equally due
+  /// events the first pushed comes first. `bytes` become the event's.
   void push(std::int64_t due_ns, const Event& event, std::vector<std::uint8_t> bytes = {}) {
     queue_.push({due_ns, order_++, event, std::move(bytes)});
   }

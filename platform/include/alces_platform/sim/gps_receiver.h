@@ -1,8 +1,9 @@
 // A GPS receiver on a serial line: NMEA 0183, GGA and RMC once a second.
 //
-// Position error: a slow wander (Gauss-Markov) and white noise, both larger where houses hide the sky. Whether there is
-// a fix at all follows from the town: rays go up from the antenna, and below a share of open sky the fix is lost, and
-// comes back two seconds after there is enough of it again. The same street has the same outages on every lap.
+// Position error: a slow wander (Gauss-Markov) and white noise, both larger where houses hide the sky.
+// Whether there is a fix at all follows from the town: rays go up from the antenna, and below a share of open
+// sky the fix is lost, and comes back two seconds after there is enough of it again. The same street has the
+// same outages on every lap.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +24,7 @@ struct GpsSettings {
   double wander_m = 2.0;  ///< standard deviation of east and north under open sky; up: 1.8 times that
   double wander_s = 60;
   double noise_m = 0.4;
-  double open_sky_for_fix = 0.4;  ///< share of the sky above 20 deg
+  double open_sky_for_fix = 0.7;  ///< share of the sky above 20 deg; of these streets a quarter has less
   double reacquire_s = 2;
   std::uint32_t baud_rate = 9600;
   double latency_s = 0.12;  ///< from the second to the first byte
@@ -32,8 +33,9 @@ struct GpsSettings {
 
 class GpsReceiver final : public SerialDevice {
  public:
-  GpsReceiver(const GpsSettings& settings, std::uint64_t seed, const VehicleMotion& motion, const Scene& scene,
-              const Eigen::Vector3d& body_from_antenna_m, std::int64_t start_stamp_ns, const FaultPlan& faults);
+  GpsReceiver(const GpsSettings& settings, std::uint64_t seed, const VehicleMotion& motion,
+              const Scene& scene, const Eigen::Vector3d& body_from_antenna_m, std::int64_t start_stamp_ns,
+              const FaultPlan& faults);
 
   void on_bytes(std::span<const std::uint8_t>, std::int64_t) override {}
   void poll(std::int64_t now_ns, SerialOutput& output) override;

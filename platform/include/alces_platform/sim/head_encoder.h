@@ -1,7 +1,7 @@
 // The head's encoder on GPIO lines: an index pulse once a turn and, on request, quadrature A/B.
 //
-// Edges come where the head's angle passes them, to the microsecond; the kernel's time stamps are late by a few
-// microseconds (interrupt latency), now and then by more. Forwards, A leads B by a quarter of a line.
+// Edges come where the head's angle passes them, to the microsecond; the kernel's time stamps are late by a
+// few microseconds (interrupt latency), now and then by more. Forwards, A leads B by a quarter of a line.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ namespace alces::sim {
 struct HeadEncoderSettings {
   static constexpr std::uint8_t index_line = 0, a_line = 1, b_line = 2;
 
-  double index_width_rad = 0.035;  ///< from the rising edge to the falling one (turning anticlockwise)
+  double index_width_rad = 0.035;      ///< from the rising edge to the falling one (turning anticlockwise)
   std::uint32_t quadrature_lines = 0;  ///< A/B periods a turn; 0: not wired. 256 is usual
-  double latency_us = 4;               ///< mean of the interrupt's latency (exponential), that stamps are late by
-  bool has_sequence = true;            ///< false: as libgpiod 1 does, without the kernel's count
+  double latency_us = 4;     ///< mean of the interrupt's latency (exponential), that stamps are late by
+  bool has_sequence = true;  ///< false: as libgpiod 1 does, without the kernel's count
 };
 
 class HeadEncoder {
@@ -34,7 +34,8 @@ class HeadEncoder {
 
   HeadEncoder(const HeadEncoderSettings& settings, double index_angle_rad, std::uint64_t seed);
 
-  /// Edges between the head's last angle and this one, in the order of time. The head's angle in between is linear.
+  /// Edges between the head's last angle and this one, in the order of time. The head's angle in between is
+  /// linear.
   void step(std::int64_t now_ns, double angle_rad, const FaultPlan& faults, std::vector<Output>& edges);
 
   /// Edges that were swallowed by Fault::edges_lost.

@@ -1,4 +1,5 @@
-// What turns the scanner's head: the seam between the simulated motor drive and everything that looks at the head.
+// What turns the scanner's head: the seam between the simulated motor drive and everything that looks at the
+// head.
 #pragma once
 
 #include <cmath>
@@ -18,11 +19,12 @@ class HeadMotor {
   ~HeadMotor() = default;
 };
 
-/// Turns without being asked to: up a ramp from standstill, then at one speed for ever. For tests of everything but
-/// the drive.
+/// Turns without being asked to: up a ramp from standstill, then at one speed for ever. For tests of
+/// everything but the drive.
 class SteadyHead final : public HeadMotor {
  public:
-  SteadyHead(std::int64_t start_stamp_ns, double speed_rad_per_s, double ramp_s = 1, double first_angle_rad = 1);
+  SteadyHead(std::int64_t start_stamp_ns, double speed_rad_per_s, double ramp_s = 1,
+             double first_angle_rad = 1);
 
   [[nodiscard]] double angle_rad(std::int64_t now_ns) override;
   [[nodiscard]] double velocity_rad_per_s(std::int64_t now_ns) override;
@@ -42,8 +44,8 @@ class HeadTrack {
   /// Samples in the order of time; a sample at the time of the last one replaces it.
   void add(std::int64_t stamp_ns, double angle_rad, double velocity_rad_per_s);
 
-  /// Cubic between samples (position and velocity of both ends), linear beyond the newest and before the oldest. 0
-  /// without samples.
+  /// Cubic between samples (position and velocity of both ends), linear beyond the newest and before the
+  /// oldest. 0 without samples.
   [[nodiscard]] double angle_rad(std::int64_t stamp_ns) const;
 
  private:

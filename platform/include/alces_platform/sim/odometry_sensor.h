@@ -1,12 +1,12 @@
 // Wheels and a gyro that report over CAN: what they measure of the vehicle's motion, and wrongly how.
 //
-// Each sample is the mean since the sample before (wheels count ticks, gyros filter). Which quantity stands where in
-// which frame is a table, as in a DBC file.
+// Each sample is the mean since the sample before (wheels count ticks, gyros filter). Which quantity stands
+// where in which frame is a table, as in a DBC file.
 //
-// Default numbers: wheels of a skid-steered robot of Kurt3D's size: 1.5 % scale, 1 % slip that changes over seconds,
-// and a turn from the wheels that is no better than 3 %. Gyro of the MEMS class: 0.3 deg/s bias at power-on (a driver
-// can estimate it at standstill), 0.02 deg/s/sqrt(Hz) noise, and a bias that wanders by 0.0002 deg/s/sqrt(s): about
-// 10 deg of heading error after 18 minutes.
+// Default numbers: wheels of a skid-steered robot of Kurt3D's size: 1.5 % scale, 1 % slip that changes over
+// seconds, and a turn from the wheels that is no better than 3 %. Gyro of the MEMS class: 0.3 deg/s bias at
+// power-on (a driver can estimate it at standstill), 0.02 deg/s/sqrt(Hz) noise, and a bias that wanders by
+// 0.0002 deg/s/sqrt(s): about 10 deg of heading error after 18 minutes.
 #pragma once
 
 #include <array>
@@ -49,10 +49,10 @@ struct OdometryFrame {
 struct OdometrySensorSettings {
   std::vector<OdometryFrame> frames = {{0x110, false, 5, 50}, {0x111, false, 3, 100}};
   std::vector<OdometrySignal> signals = {
-      {OdometryQuantity::left_speed, 0x110, {0, 16, false, true, 0.001, 0}},      // Intel, mm/s
-      {OdometryQuantity::right_speed, 0x110, {16, 16, false, true, 0.001, 0}},    // Intel, mm/s
+      {OdometryQuantity::left_speed, 0x110, {0, 16, false, true, 0.001, 0}},    // Intel, mm/s
+      {OdometryQuantity::right_speed, 0x110, {16, 16, false, true, 0.001, 0}},  // Intel, mm/s
       {OdometryQuantity::counter, 0x110, {32, 8, false, false, 1, 0}},
-      {OdometryQuantity::gyro_yaw_rate, 0x111, {7, 16, true, true, 0.0001, 0}},   // Motorola, 0.1 mrad/s
+      {OdometryQuantity::gyro_yaw_rate, 0x111, {7, 16, true, true, 0.0001, 0}},  // Motorola, 0.1 mrad/s
       {OdometryQuantity::counter, 0x111, {16, 8, false, false, 1, 0}}};
   double track_m = 0.6;  ///< between the wheels, as they stand; left and right speed are given by it
 
@@ -60,9 +60,9 @@ struct OdometrySensorSettings {
   double slip = 0.01;          ///< standard deviation of the wheels' relative error that changes over slip_s
   double slip_s = 3;
   double speed_noise_m_per_s = 0.004;
-  double wheel_turn_error = 0.03;       ///< standard deviation of the scale of turns by the wheels
-  double gyro_scale_error = 0.005;      ///< standard deviation
-  double gyro_bias_deg_per_s = 0.3;     ///< standard deviation of the constant part
+  double wheel_turn_error = 0.03;    ///< standard deviation of the scale of turns by the wheels
+  double gyro_scale_error = 0.005;   ///< standard deviation
+  double gyro_bias_deg_per_s = 0.3;  ///< standard deviation of the constant part
   double gyro_noise_deg_per_sqrt_s = 0.02;
   double gyro_bias_walk_deg_per_s_per_sqrt_s = 0.0002;
 

@@ -1,5 +1,5 @@
-// A serial line between the host and one simulated device: bytes take their time on the wire, arrive in bundles as a
-// UART hands them over, and are garbled when the two ends do not agree on the rate.
+// A serial line between the host and one simulated device: bytes take their time on the wire, arrive in
+// bundles as a UART hands them over, and are garbled when the two ends do not agree on the rate.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,9 @@ namespace alces::sim {
 /// Where a device's bytes go.
 class SerialOutput {
  public:
-  /// The first byte leaves at `start_stamp_ns`, or when the bytes before it have left.
-  virtual void write(std::span<const std::uint8_t> bytes, std::int64_t start_stamp_ns) = 0;
+  /// The first byte leaves at `start_stamp_ns`, or when the bytes before it have left; all at this rate.
+  virtual void write(std::span<const std::uint8_t> bytes, std::int64_t start_stamp_ns,
+                     std::uint32_t baud) = 0;
 
  protected:
   ~SerialOutput() = default;
@@ -30,7 +31,7 @@ class SerialDevice {
   virtual void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;
   /// Called every millisecond: what it has begun to send since the last call.
   virtual void poll(std::int64_t now_ns, SerialOutput& output) = 0;
-  /// At which it speaks and listens.
+  /// At which it listens.
   [[nodiscard]] virtual std::uint32_t baud_rate() const = 0;
   /// Faults that happen within the device.
   virtual void on_fault(const Injection& injection) { (void)injection; }
@@ -50,9 +51,9 @@ class SerialLine final : public BytePort, private SerialOutput {
   struct Counters {
     std::uint64_t bytes_to_host = 0;
     std::uint64_t bytes_to_device = 0;
-    std::uint64_t bytes_refused = 0;    ///< write() answered false
-    std::uint64_t bytes_lost = 0;       ///< by faults, either way
-    std::uint64_t bytes_garbled = 0;    ///< arrived wrong, by faults or at the wrong rate
+    std::uint64_t bytes_refused = 0;  ///< write() answered false
+    std::uint64_t bytes_lost = 0;     ///< by faults, either way
+    std::uint64_t bytes_garbled = 0;  ///< arrived wrong, by faults or at the wrong rate
     template <class Visitor>
     void visit(Visitor&& visit) const {
       visit("bytes_to_host", bytes_to_host);
@@ -64,8 +65,8 @@ class SerialLine final : public BytePort, private SerialOutput {
   };
   static constexpr std::size_t host_queue_bytes = 4096;
 
-  SerialLine(const SerialSettings& settings, std::uint8_t channel, std::uint64_t seed, std::int64_t start_stamp_ns,
-             const FaultPlan& faults, EventQueue& events);
+  SerialLine(const SerialSettings& settings, std::uint8_t channel, std::uint64_t seed,
+             std::int64_t start_stamp_ns, const FaultPlan& faults, EventQueue& events);
 
   void attach(SerialDevice& device) { device_ = &device; }
 
@@ -92,14 +93,15 @@ class SerialLine final : public BytePort, private SerialOutput {
       return begin_ns + static_cast<std::int64_t>(byte_ns * static_cast<double>(byte + 1));
     }
   };
-  void write(std::span<const std::uint8_t> bytes, std::int64_t start_stamp_ns) override;  // the device's end
+  void write(std::span<const std::uint8_t> bytes, std::int64_t start_stamp_ns,
+             std::uint32_t baud) override;  // the device's end
   void set_link(bool is_up, std::int64_t now_ns);
   void step_to_device(std::int64_t now_ns);
   void step_to_host(std::int64_t now_ns);
   void flush(std::int64_t stamp_ns);
   /// What arrives of bytes that are sent at one rate and listened to at another.
-  [[nodiscard]] std::vector<std::uint8_t> garbled(std::span<const std::uint8_t> bytes, std::uint32_t from_baud,
-                                                  std::uint32_t to_baud);
+  [[nodiscard]] std::vector<std::uint8_t> garbled(std::span<const std::uint8_t> bytes,
+                                                  std::uint32_t from_baud, std::uint32_t to_baud);
 
   SerialSettings settings_;
   std::uint8_t channel_;

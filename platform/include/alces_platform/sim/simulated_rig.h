@@ -1,13 +1,14 @@
 // The simulated vehicle with its scanner, on the wires that drivers speak: CAN, GPIO lines, serial lines.
 //
-// The host hands frames and bytes to can_port() and byte_port(), and gets Events from advance_to(): with the stamps that
-// a kernel would give them, delivered in the order (and with the latency) in which it would hear of them. Simulated time
-// goes on in steps of a millisecond; what the host sends while it is told of an event reaches the wire with the next
-// step. A run is a function of the settings, the injections and what the host sends: not of the calls of advance_to(),
-// the number of cores, or any clock.
+// The host hands frames and bytes to can_port() and byte_port(), and gets Events from advance_to(): with the
+// stamps that a kernel would give them, delivered in the order (and with the latency) in which it would hear
+// of them. Simulated time goes on in steps of a millisecond; what the host sends while it is told of an event
+// reaches the wire with the next step. A run is a function of the settings, the injections and what the host
+// sends: not of the calls of advance_to(), the number of cores, or any clock.
 //
-// Devices that speak a protocol (the motor drive, the lasers) are attached from outside; without a drive the head turns
-// by itself, without lasers their lines stay silent. A link (can_link, byte_link) comes up with the first step.
+// Devices that speak a protocol (the motor drive, the lasers) are attached from outside; without a drive the
+// head turns by itself, without lasers their lines stay silent. A link (can_link, byte_link) comes up with
+// the first step.
 //
 // Cost: about 0.12 s of CPU for a second with two lasers, nearly all of it rays (shared by the cores).
 #pragma once
@@ -37,8 +38,8 @@
 
 namespace alces::sim {
 
-/// Two lasers at 75 sweeps/s on a head that turns once in 2.4 s: half a turn sees all around, so a scan is 1.2 s long
-/// and has 180 profiles of 181 rays, 32,580 in all.
+/// Two lasers at 75 sweeps/s on a head that turns once in 2.4 s: half a turn sees all around, so a scan
+/// is 1.2 s long and has 180 profiles of 181 rays, 32,580 in all.
 struct RigSettings {
   std::uint64_t seed = 1;  ///< of town, route and all errors; motion.seed is set to it
   MotionSettings motion;
@@ -103,7 +104,8 @@ class SimulatedRig {
   // The truth.
   [[nodiscard]] const VehicleMotion& motion() const { return motion_; }
   [[nodiscard]] Pose town_from_body(std::int64_t stamp_ns) const { return motion_.town_from_body(stamp_ns); }
-  /// In a map whose origin is the body at `reference_stamp_ns` (the first scan's): what trajectory.tum is held against.
+  /// In a map whose origin is the body at `reference_stamp_ns` (the first scan's): what trajectory.tum is
+  /// held against.
   [[nodiscard]] Pose map_from_body(std::int64_t stamp_ns, std::int64_t reference_stamp_ns) const;
   /// Within the last second.
   [[nodiscard]] double head_angle_rad(std::int64_t stamp_ns) const { return head_.angle_rad(stamp_ns); }

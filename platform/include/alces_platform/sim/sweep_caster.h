@@ -1,8 +1,10 @@
-// Sweeps of the scanner's lasers while vehicle and head move: each ray leaves from where the laser is at its own time.
+// Sweeps of the scanner's lasers while vehicle and head move: each ray leaves from where the laser is at its
+// own time.
 //
-// SweepCaster casts any sweeps, a batch of them on all cores. LaserSweeps is one laser's SweepSource: it guesses the
-// next sweeps (their times are regular, the head turns steadily), has a batch of them cast at once, and hands out those
-// whose guess was right. The guess does not depend on how many cores there are: a run is the same with one or many.
+// SweepCaster casts any sweeps, a batch of them on all cores. LaserSweeps is one laser's SweepSource: it
+// guesses the next sweeps (their times are regular, the head turns steadily), has a batch of them cast at
+// once, and hands out those whose guess was right. The guess does not depend on how many cores there are: a
+// run is the same with one or many.
 //
 // Cost: 0.6 us a ray, so 0.1 s of CPU for a second of two lasers, shared by the cores.
 #pragma once
@@ -25,7 +27,7 @@ namespace alces::sim {
 struct SweepRequest {
   Pose town_from_laser_begin;
   Pose town_from_laser_end;
-  Pose body_from_laser;  ///< in the middle: for the own vehicle
+  Pose body_from_laser;          ///< in the middle: for the own vehicle
   double field_of_view_rad = 0;  ///< centred on the laser's x axis
   std::uint64_t seed = 0;        ///< of the sweep's noise
   std::span<float> ranges_m;     ///< filled; 0: no echo
@@ -93,7 +95,7 @@ class LaserSweeps final : public SweepSource {
   RigGeometry geometry_;
   std::vector<Guess> guesses_;  ///< not yet handed out, in the order of time
   std::int64_t last_stamp_ns_ = INT64_MIN;
-  std::int64_t period_ns_ = 0;       ///< between the last two sweeps
+  std::int64_t period_ns_ = 0;         ///< between the last two sweeps
   std::uint32_t patience_sweeps_ = 0;  ///< after a wrong guess: so many sweeps without guessing
   std::uint32_t wrong_in_a_row_ = 0;
   Counters counters_;

@@ -1,12 +1,13 @@
 // The vehicle's true motion in continuous time: where its body is at any nanosecond, and how fast.
 //
-// The body (origin on the ground between the wheels, x ahead) goes along a tour's line without slipping sideways: its
-// heading is the line's tangent. Height, pitch and roll follow the ground under four wheels, smoothed by the
-// suspension; paving shakes it. Position, height and tilt are C2 splines of the way, the way is a C2 spline of time:
-// velocities and accelerations have no jumps, and what odometry and gyro measure is their exact derivative.
+// The body (origin on the ground between the wheels, x ahead) goes along a tour's line without slipping
+// sideways: its heading is the line's tangent. Height, pitch and roll follow the ground under four wheels,
+// smoothed by the suspension; paving shakes it. Position, height and tilt are C2 splines of the way, the way
+// is a C2 spline of time: velocities and accelerations have no jumps, and what odometry and gyro measure is
+// their exact derivative.
 //
-// The vehicle stands at first (so that a gyro's bias can be estimated while the scanner comes up), then drives for
-// scans * scan_period_s at the mean speed, slower in bends, faster on straights, and stands again.
+// The vehicle stands at first (so that a gyro's bias can be estimated while the scanner comes up), then
+// drives for scans * scan_period_s at the mean speed, slower in bends, faster on straights, and stands again.
 //
 // Memory: about 250 bytes a metre and 80 bytes a second. at(): about 0.2 us.
 #pragma once
@@ -29,10 +30,12 @@ struct MotionSettings {
   std::size_t scans = 924;                        ///< it drives for so many scan periods
   double scan_period_s = 1.2;
   double mean_speed_m_per_s = way_per_scan_m / 1.2;  ///< while driving; about 1.1
-  double yaw_rate_limit_rad_per_s = 0.3;             ///< slows down in bends
-  double acceleration_m_per_s2 = 0.4;                ///< and braking
-  double suspension_m = 0.8;      ///< the body follows the ground averaged over a Gaussian of this sigma along the way
-  double vibration_rad = 0.002;   ///< standard deviation of pitch and roll from the paving
+  double bend_radius_m =
+      3.7;  ///< tighter bends are driven slower than the mean speed, in proportion to their radius
+  double acceleration_m_per_s2 = 0.4;  ///< and braking
+  double suspension_m =
+      0.8;  ///< the body follows the ground averaged over a Gaussian of this sigma along the way
+  double vibration_rad = 0.002;  ///< standard deviation of pitch and roll from the paving
   double vibration_length_m = 1.5;
 };
 
