@@ -32,36 +32,14 @@ void Scanner::scan(const Scene& scene, const Pose& town_from_body, std::size_t s
   const double own_z = std::sin(steepest);
   Random random(mix(seed_, scan));
 
-  double before = -1;
+  RangeMeter meter(settings_);
   for (std::size_t ray = 0; ray < directions_.size(); ++ray) {
-    if (ray % rays_per_profile == 0) before = -1;
+    if (ray % rays_per_profile == 0) meter.reset();
     const Eigen::Vector3d& direction = directions_[ray];
     if (direction.z() < own_z) continue;
     const Eigen::Vector3f ray_direction = (rotation * direction).cast<float>();
-    Hit hit = scene.cast(origin, ray_direction, limit);
-    const double luck = random.uniform();
-    const double noise = random.normal();
-    if (hit.surface == Surface::none) {
-      before = -1;
-      continue;
-    }
-    double range = static_cast<double>(hit.range_m);
-    if (hit.surface == Surface::glass) {
-      if (luck < settings_.window_share) continue;
-      if (luck < settings_.window_share + 0.12) range += 1.0 + 3.0 * random.uniform();  // into the room
-    }
-    // LMS 291: 30 m at 10 % reflectivity, falling with the square of the range; polished or grazed surfaces
-    // fade.
-    const double echo = static_cast<double>(hit.reflectivity * hit.cos_incidence);
-    const double needed = 0.1 * (range / 30.0) * (range / 30.0);
-    if (echo < needed * (0.6 + 0.8 * random.uniform())) continue;
-    const double here = range;
-    if (before > 0 && std::abs(before - range) > 0.3 && random.chance(settings_.mixed_share))
-      range = std::min(before, range) + random.uniform() * std::min(3.0, std::abs(before - range));
-    before = here;
-    range += settings_.noise_m * noise;
-    if (settings_.quantum_m > 0) range = settings_.quantum_m * std::round(range / settings_.quantum_m);
-    if (range < 0.2 || range > settings_.max_range_m) continue;
+    const double range = meter.measure(scene.cast(origin, ray_direction, limit), random);
+    if (range <= 0) continue;
     const Eigen::Vector3f point = (head + range * direction).cast<float>();
     points.push_back({point.x(), point.y(), point.z()});
   }

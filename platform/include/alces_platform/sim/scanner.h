@@ -1,5 +1,6 @@
-// The scanner: two SICK LMS 291 back to back on a yawing head (ScanDriveDuo). A profile is a vertical fan of
-// 181 rays from straight down to straight up; the head turns between profiles.
+// The scanner of a vehicle that stands still: two SICK LMS 291 back to back on a yawing head (ScanDriveDuo).
+// A profile is a vertical fan of 181 rays from straight down to straight up; the head turns between profiles.
+// The one that drives is in sweep_caster.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,21 +9,17 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
+#include "alces_platform/sim/range_errors.h"
 #include "alces_platform/sim/scene.h"
 
 namespace alces::sim {
 
-struct ScannerSettings {
+struct ScannerSettings : RangeErrors {
   /// Rays a scan; rounded to whole profiles of 181. What looks into the sky or into windows comes back as
   /// nothing.
   std::size_t points_per_scan = 35000;
-  double noise_m = 0.015;    ///< standard deviation of a range
-  double quantum_m = 0.010;  ///< ranges are whole multiples of this; 0: not rounded
-  double max_range_m = 40;
   double height_m = 1.0;       ///< of the head above the ground, on the body's z axis
   double own_radius_m = 0.45;  ///< rays that would end on the own vehicle are left out
-  double window_share = 0.5;   ///< of the rays on glass that bring nothing back
-  double mixed_share = 0.1;    ///< of the rays beside a range jump that measure something in between
 };
 
 class Scanner {
