@@ -54,7 +54,8 @@ const char* problem(const ScannerConfig& config) {
     return "there must be one laser or two";
   for (std::uint32_t laser = 0; laser < config.assembler.laser_count; ++laser) {
     const bool is_lms2xx = config.laser_makes[laser] == LaserMake::lms2xx;
-    if (const char* wrong = is_lms2xx ? problem(config.lms2xx[laser]) : problem(config.cola_b[laser])) return wrong;
+    if (const char* wrong = is_lms2xx ? problem(config.lms2xx[laser]) : problem(config.cola_b[laser]))
+      return wrong;
     if ((is_lms2xx ? config.lms2xx[laser].laser : config.cola_b[laser].laser) != laser)
       return "the lasers are not numbered in their order";
   }
@@ -83,8 +84,8 @@ std::size_t Scanner::memory_required(const ScannerConfig& config) {
   return arena.used_bytes();
 }
 
-Scanner* Scanner::create(std::span<std::byte> block, const ScannerConfig& config, const Ports& ports, ScanSink& sink,
-                         NoticePort& notices, AssemblerStatus& status) {
+Scanner* Scanner::create(std::span<std::byte> block, const ScannerConfig& config, const Ports& ports,
+                         ScanSink& sink, NoticePort& notices, AssemblerStatus& status) {
   status = AssemblerStatus::bad_config;
   if (problem(config) != nullptr) return nullptr;
   status = AssemblerStatus::block_misaligned;
@@ -111,7 +112,8 @@ Scanner* Scanner::create(std::span<std::byte> block, const ScannerConfig& config
   }
   scanner->assembler_ = ScanAssembler::create(
       arena.allocate<std::byte>(ScanAssembler::memory_required(config.assembler.capacity)), config.assembler,
-      scanner->encoder_, config.has_odometry ? &scanner->odometry_ : nullptr, scanner->scans_, notices, status);
+      scanner->encoder_, config.has_odometry ? &scanner->odometry_ : nullptr, scanner->scans_, notices,
+      status);
   return scanner->assembler_ == nullptr ? nullptr : scanner;
 }
 
@@ -134,7 +136,8 @@ void Scanner::LaserSlot::on_profile(const Profile& profile) {
 }
 
 void Scanner::Feedback::on_drive_feedback(const DriveFeedback& feedback) {
-  const bool is_at_sync = scanner->config_.position_is_sampled_at_sync && feedback.sync_stamp_ns != no_stamp_ns;
+  const bool is_at_sync =
+      scanner->config_.position_is_sampled_at_sync && feedback.sync_stamp_ns != no_stamp_ns;
   scanner->encoder_.on_drive_position(feedback.position_counts,
                                       is_at_sync ? feedback.sync_stamp_ns : feedback.stamp_ns);
 }
@@ -267,7 +270,8 @@ void Scanner::advance_phase(std::int64_t now_ns) {
     case ScannerPhase::scanning:
       return;
     case ScannerPhase::stopping_lasers:
-      if (!are_lasers(LaserState::stopped) && now_ns - phase_since_ns_ <= config_.laser_stop_timeout_ns) return;
+      if (!are_lasers(LaserState::stopped) && now_ns - phase_since_ns_ <= config_.laser_stop_timeout_ns)
+        return;
       assembler_->finish();
       if (config_.has_motor) motor_.stop(now_ns);
       enter(ScannerPhase::stopping_motor, now_ns);
@@ -306,8 +310,9 @@ void Scanner::watch(std::int64_t now_ns) {
   is_drought_told_ = true;
   ++counters_.scan_droughts;
   raise(now_ns, Severity::warning,
-        encoder_.is_referenced() ? "profiles come, but no scan: does the head turn?"
-                                 : "profiles come, but no scan: the head's angle is not known; is the index line wired?");
+        encoder_.is_referenced()
+            ? "profiles come, but no scan: does the head turn?"
+            : "profiles come, but no scan: the head's angle is not known; is the index line wired?");
 }
 
 const char* Scanner::reason() const {

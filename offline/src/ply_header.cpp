@@ -30,8 +30,7 @@ PlyHeader read_ply_header(const std::filesystem::path& file, std::string_view by
   const auto fail = [&](const std::string& what) { throw InputError(file, header.lines, what); };
   bool format_seen = false;
   while (true) {
-    if (header.end >= bytes.size())
-      fail("the header ends without end_header; this is no whole PLY file");
+    if (header.end >= bytes.size()) fail("the header ends without end_header; this is no whole PLY file");
     const std::size_t stop = std::min(bytes.find('\n', header.end), bytes.size());
     const std::vector<std::string_view> words = split_words(bytes.substr(header.end, stop - header.end));
     header.end = std::min(stop + 1, bytes.size());

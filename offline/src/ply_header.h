@@ -31,7 +31,8 @@ struct PlyElement {
   /// Of one entry: exact without lists, else the least it can be.
   [[nodiscard]] std::size_t bytes() const {
     std::size_t sum = 0;
-    for (const PlyProperty& property : properties) sum += size_of(property.list_count.value_or(property.type));
+    for (const PlyProperty& property : properties)
+      sum += size_of(property.list_count.value_or(property.type));
     return sum;
   }
 };
@@ -45,8 +46,8 @@ struct PlyHeader {
   std::size_t lines = 0;  ///< of the header
 };
 
-/// `bytes` begin with the header and may hold more. InputError, with the line, when they are no PLY header or end
-/// within it.
+/// `bytes` begin with the header and may hold more. InputError, with the line, when they are no PLY header or
+/// end within it.
 [[nodiscard]] PlyHeader read_ply_header(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace alces::offline

@@ -1,16 +1,16 @@
-// The scanner as a whole: motor, encoder, lasers, odometry and GPS, brought up in order, watched, brought back, stopped
-// in order; events in, scans out.
+// The scanner as a whole: motor, encoder, lasers, odometry and GPS, brought up in order, watched, brought
+// back, stopped in order; events in, scans out.
 //
 //   start ─> motor to speed ─> lasers measure ─> scanning
 //   stop  ─> lasers end their streams ─> motor stands and is disabled ─> stopped
 //
-// Each device brings itself up again when it fails (motor.h, laser.h). The scanner adds what only shows from above: a
-// laser that says it measures and delivers nothing is begun anew; a motor at speed without an angle, profiles without a
-// scan, are told; and when the motor does not come up in motor_patience_ns the lasers are started all the same, so that
-// the drive's raw data is there. Nothing is ever given up until stop().
+// Each device brings itself up again when it fails (motor.h, laser.h). The scanner adds what only shows from
+// above: a laser that says it measures and delivers nothing is begun anew; a motor at speed without an angle,
+// profiles without a scan, are told; and when the motor does not come up in motor_patience_ns the lasers are
+// started all the same, so that the drive's raw data is there. Nothing is ever given up until stop().
 //
-// One stream of events, in the order in which they came (event.h), makes everything happen; the same events give the
-// same scans to the bit, live, replayed or simulated. Time is what the events say.
+// One stream of events, in the order in which they came (event.h), makes everything happen; the same events
+// give the same scans to the bit, live, replayed or simulated. Time is what the events say.
 //
 // Memory: one block from the caller, memory_required(config) bytes: about 330 KiB with one LMS 2xx, and what
 // ScanAssembler takes. One thread.
@@ -45,8 +45,8 @@ struct ScannerConfig {
   bool has_motor = true;  ///< false: somebody else turns the head
   MotorConfig motor;
   EncoderConfig encoder;
-  /// The drive samples its position at the SYNC (synchronous TPDOs): the position's time is that of the SYNC, not of the
-  /// frame.
+  /// The drive samples its position at the SYNC (synchronous TPDOs): the position's time is that of the SYNC,
+  /// not of the frame.
   bool position_is_sampled_at_sync = true;
 
   std::array<LaserMake, maximum_lasers> laser_makes{};  ///< of assembler.laser_count lasers
@@ -60,10 +60,10 @@ struct ScannerConfig {
 
   ScanAssemblerConfig assembler;
 
-  std::int64_t motor_patience_ns = 60 * ns_per_s;       ///< then the lasers start without it
-  std::int64_t laser_silence_ns = 5 * ns_per_s;         ///< measuring, and no profile: begun anew
-  std::int64_t scan_patience_ns = 10 * ns_per_s;        ///< profiles, and no scan: told
-  std::int64_t laser_stop_timeout_ns = 3 * ns_per_s;    ///< then the motor is stopped without waiting
+  std::int64_t motor_patience_ns = 60 * ns_per_s;     ///< then the lasers start without it
+  std::int64_t laser_silence_ns = 5 * ns_per_s;       ///< measuring, and no profile: begun anew
+  std::int64_t scan_patience_ns = 10 * ns_per_s;      ///< profiles, and no scan: told
+  std::int64_t laser_stop_timeout_ns = 3 * ns_per_s;  ///< then the motor is stopped without waiting
 };
 
 /// Null, or one clause that names the value that cannot be.
@@ -80,7 +80,17 @@ enum class ScannerPhase : std::uint8_t {
 [[nodiscard]] const char* text(ScannerPhase phase);
 
 /// What a driver's counters are summed under, for people and recordings.
-enum class ScannerPart : std::uint8_t { scanner, motor, encoder, laser_a, laser_b, odometry, gps, assembler, count };
+enum class ScannerPart : std::uint8_t {
+  scanner,
+  motor,
+  encoder,
+  laser_a,
+  laser_b,
+  odometry,
+  gps,
+  assembler,
+  count
+};
 [[nodiscard]] const char* text(ScannerPart part);
 
 class Scanner final : public EventSink {
@@ -115,10 +125,11 @@ class Scanner final : public EventSink {
   /// Bytes that create() needs.
   [[nodiscard]] static std::size_t memory_required(const ScannerConfig& config);
 
-  /// Lays a scanner out in `block` (64-byte aligned), which must outlive it, as must all that is referred to. Null, and
-  /// `status` says why; problem(config) says what is wrong with bad_config.
-  [[nodiscard]] static Scanner* create(std::span<std::byte> block, const ScannerConfig& config, const Ports& ports,
-                                       ScanSink& sink, NoticePort& notices, AssemblerStatus& status);
+  /// Lays a scanner out in `block` (64-byte aligned), which must outlive it, as must all that is referred to.
+  /// Null, and `status` says why; problem(config) says what is wrong with bad_config.
+  [[nodiscard]] static Scanner* create(std::span<std::byte> block, const ScannerConfig& config,
+                                       const Ports& ports, ScanSink& sink, NoticePort& notices,
+                                       AssemblerStatus& status);
 
   /// Begins with the next tick, so that a recording of the events holds when it was.
   void start() { wants_to_run_ = true; }

@@ -341,17 +341,26 @@ void Motor::on_emcy(const CanFrame& frame) {
 void Motor::on_heartbeat(HeartbeatEvent event) {
   switch (event) {
     case HeartbeatEvent::boot_up:
-    case HeartbeatEvent::reset_detected: on_boot_up(); break;
-    case HeartbeatEvent::lost: fail(MotorReason::heartbeat_lost, Recovery::begin_anew); break;
-    case HeartbeatEvent::found: tell(Severity::info, "the drive's heartbeat is back"); break;
+    case HeartbeatEvent::reset_detected:
+      on_boot_up();
+      break;
+    case HeartbeatEvent::lost:
+      fail(MotorReason::heartbeat_lost, Recovery::begin_anew);
+      break;
+    case HeartbeatEvent::found:
+      tell(Severity::info, "the drive's heartbeat is back");
+      break;
     case HeartbeatEvent::none:
-    case HeartbeatEvent::state_changed: break;
+    case HeartbeatEvent::state_changed:
+      break;
   }
 }
 
 bool Motor::are_pdos_late() const {
-  const std::int64_t oldest_ns = std::min(process_data_.position_stamp_ns(), process_data_.velocity_stamp_ns());
-  return config_.pdo_timeout_ns > 0 && now_ns_ - std::max(oldest_ns, cyclic_since_ns_) >= config_.pdo_timeout_ns;
+  const std::int64_t oldest_ns =
+      std::min(process_data_.position_stamp_ns(), process_data_.velocity_stamp_ns());
+  return config_.pdo_timeout_ns > 0 &&
+         now_ns_ - std::max(oldest_ns, cyclic_since_ns_) >= config_.pdo_timeout_ns;
 }
 
 bool Motor::is_velocity_fresh() const {
