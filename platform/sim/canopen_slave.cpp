@@ -203,6 +203,7 @@ void CanopenSlave::heartbeat_lost() {
 }
 
 std::optional<SdoAbort> CanopenSlave::forced_abort(std::uint16_t index, std::uint8_t sub) {
+  if (abort_of_all_ != 0) return static_cast<SdoAbort>(abort_of_all_);
   for (ForcedAbort& forced : forced_aborts_) {
     if (forced.index != index || forced.sub != sub || forced.times == 0) continue;
     --forced.times;

@@ -237,6 +237,7 @@ std::optional<SimulatedLms2xx::Chunk> SimulatedLms2xx::poll(std::int64_t now_ns)
         std::clamp(std::floor(elapsed_ns / byte_ns + 1e-6), 0.0, static_cast<double>(next.bytes.size())));
     if (due == next.sent) return std::nullopt;
     Chunk chunk;
+    chunk.baud = next.baud;
     chunk.stamp_ns = next.start_ns + std::llround(static_cast<double>(due) * byte_ns);
     chunk.bytes.assign(next.bytes.begin() + static_cast<std::ptrdiff_t>(next.sent),
                        next.bytes.begin() + static_cast<std::ptrdiff_t>(due));

@@ -113,6 +113,8 @@ class CanopenSlave final : private SdoObjects {
   void set_boot_ns(std::int64_t boot_ns) { config_.boot_ns = boot_ns; }
   void set_sdo_latency_ns(std::int64_t latency_ns) { config_.sdo_latency_ns = latency_ns; }
   void abort_sdo(const ForcedAbort& forced) { forced_aborts_.push_back(forced); }
+  /// Every access is refused with this code; 0: no more.
+  void abort_every_sdo(std::uint32_t code) { abort_of_all_ = code; }
 
  private:
   static constexpr std::int64_t never_ns = INT64_MAX;
@@ -154,6 +156,7 @@ class CanopenSlave final : private SdoObjects {
   SdoServer sdo_;
   ObjectDictionary::Values saved_;
   std::vector<ForcedAbort> forced_aborts_;
+  std::uint32_t abort_of_all_ = 0;
   std::vector<Due> outbox_;
   Counters counters_;
   std::uint64_t order_ = 0;

@@ -84,6 +84,8 @@ class SimulatedCia402Drive final : private CanopenApplication {
   void abort_sdo(std::uint16_t index, std::uint8_t sub, std::uint32_t code, std::uint32_t times = 1) {
     slave_.abort_sdo({index, sub, code, times});
   }
+  /// Every access is refused with this code; 0: no more.
+  void abort_every_sdo(std::uint32_t code) { slave_.abort_every_sdo(code); }
 
  private:
   void refresh(std::int64_t now_ns) override { axis_.refresh(now_ns); }

@@ -25,18 +25,9 @@
 #include "alces_drivers/lms2xx/measured_values.h"
 #include "alces_drivers/lms2xx/telegram.h"
 #include "alces_drivers/stamp.h"
+#include "alces_platform/sim/sweep_source.h"
 
 namespace alces::sim {
-
-class SweepSource {
- public:
-  /// Fills ranges that lie evenly over the laser's field of view, right to left, both borders included; ray i
-  /// is measured at first_ray_stamp_ns + i * ray_interval_ns. Not positive, not finite or too far: no echo.
-  virtual void sweep(std::int64_t first_ray_stamp_ns, double ray_interval_ns, std::span<float> ranges_m) = 0;
-
- protected:
-  ~SweepSource() = default;
-};
 
 struct SimulatedLms2xxSettings {
   std::uint32_t baud = 9600;  ///< that it is switched on with
@@ -59,6 +50,7 @@ class SimulatedLms2xx {
  public:
   struct Chunk {
     std::int64_t stamp_ns = 0;  ///< when its last byte arrived
+    std::uint32_t baud = 0;     ///< that it was sent with
     std::vector<std::uint8_t> bytes;
   };
   struct Counters {
