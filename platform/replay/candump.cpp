@@ -172,9 +172,13 @@ CandumpReader::CandumpReader(const std::filesystem::path& file, CandumpOptions o
     interfaces_[bus] = options_.interfaces[bus];
 }
 
-bool CandumpReader::is_frame(std::string_view line) {
+bool CandumpReader::is_frame(std::string_view line, Event& event) {
   Line parsed;
-  return parse_line(line, parsed);
+  if (!parse_line(line, parsed)) return false;
+  event = {};
+  event.kind = parsed.is_sent ? EventKind::can_sent : EventKind::can_frame;
+  event.frame = parsed.frame;
+  return true;
 }
 
 int CandumpReader::bus_of(std::string_view interface) {

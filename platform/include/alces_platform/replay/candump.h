@@ -45,8 +45,8 @@ class CandumpReader final : public EventSource {
   [[nodiscard]] TraceProblems problems() const override { return problems_; }
   [[nodiscard]] std::uint64_t bytes_read() const override { return lines_.bytes_read(); }
 
-  /// Is this a line that the reader takes for a frame?
-  [[nodiscard]] static bool is_frame(std::string_view line);
+  /// Is this a line that the reader takes for a frame? Its frame and direction are in `event` then.
+  [[nodiscard]] static bool is_frame(std::string_view line, Event& event);
 
  private:
   struct Read {

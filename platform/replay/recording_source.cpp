@@ -1,0 +1,37 @@
+#include "alces_platform/replay/recording_source.h"
+
+#include <cstring>
+
+namespace alces::replay {
+
+RecordingSource::RecordingSource(const std::filesystem::path& file)
+    : name_(file.string()), file_(name_.c_str()), reader_(file_) {
+  if (!file_.is_open()) {
+    std::string sentence = name_;
+    sentence += ": cannot be opened (";
+    sentence += std::strerror(file_.error_number());
+    throw TraceError(sentence + ")");
+  }
+  if (!reader_.open()) throw TraceError(name_ + ": " + reader_.problems().front());
+}
+
+bool RecordingSource::next(Event& event) {
+  return reader_.next_event(event);
+}
+
+TraceProblems RecordingSource::problems() const {
+  TraceProblems problems;
+  for (const std::string& sentence : reader_.problems()) problems.add(name_ + ": " + sentence);
+  problems.count = reader_.problem_count();
+  const auto count = [&](std::uint64_t messages, const char* what) {
+    if (messages > 0) problems.add(name_ + ": " + std::to_string(messages) + what);
+  };
+  count(reader_.counters().messages_missing, " messages are missing, by the gaps in their numbers");
+  count(reader_.counters().messages_malformed,
+        " messages do not decode as their type says; they are passed over");
+  if (file_.error_number() != 0)
+    problems.add(name_ + ": cannot be read on (" + std::strerror(file_.error_number()) + ")");
+  return problems;
+}
+
+}  // namespace alces::replay
