@@ -323,7 +323,8 @@ class FakeNode {
 
   void on_rpdo(std::uint16_t number, const CanFrame& frame) {
     const auto communication = static_cast<std::uint16_t>(0x1400 + number);
-    if (frame.id != get(communication, 1)) return;  // bit 31 clear
+    const std::uint32_t cob_id = get(communication, 1);
+    if ((cob_id & 0x80000000U) != 0 || frame.id != (cob_id & 0x7FF)) return;
     visit_mapping(static_cast<std::uint16_t>(0x1600 + number), [&](std::uint16_t index, std::uint8_t,
                                                                    std::size_t byte, std::size_t size) {
       const std::uint32_t value = canopen::load(std::span(frame.data).subspan(byte, size), size);

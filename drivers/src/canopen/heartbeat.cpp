@@ -20,10 +20,10 @@ HeartbeatEvent HeartbeatConsumer::on_frame(const CanFrame& frame, std::int64_t s
     return HeartbeatEvent::none;
   }
   const NmtState before = state_;
+  last_stamp_ns_ = std::max(last_stamp_ns_, stamp_ns);
   if (*state == NmtState::boot_up) {
     const bool is_repeated = last_boot_up_ns_ != no_stamp_ns && stamp_ns - last_boot_up_ns_ < repetition_ns;
     last_boot_up_ns_ = stamp_ns;
-    last_stamp_ns_ = stamp_ns;
     if (is_repeated) {
       ++counters_.boot_ups_repeated;
       return HeartbeatEvent::none;
@@ -36,7 +36,6 @@ HeartbeatEvent HeartbeatConsumer::on_frame(const CanFrame& frame, std::int64_t s
     return HeartbeatEvent::reset_detected;
   }
   ++counters_.heartbeats;
-  last_stamp_ns_ = stamp_ns;
   state_ = *state;
   if (is_lost_) {
     is_lost_ = false;

@@ -166,6 +166,7 @@ void Motor::step() {
     seen_state_ = process_data_.state();
     seen_state_since_ns_ = now_ns_;
     reset_beats_ = 0;
+    enable_beats_ = 0;
   }
   switch (state_) {
     case MotorState::stopped:
@@ -274,6 +275,7 @@ std::uint16_t Motor::next_controlword() {
         }
         return controlword::fault_reset;
       }
+      if (drive == State::operation_enabled && enable_beats_ < UINT8_MAX) ++enable_beats_;
       return cia402::controlword_towards(State::operation_enabled, drive);
     case MotorState::ramping:
     case MotorState::running:
@@ -367,7 +369,7 @@ bool Motor::is_velocity_fresh() const {
   const std::int64_t stamp_ns = process_data_.velocity_stamp_ns();
   const std::int64_t age_ns =
       config_.pdo_timeout_ns > 0 ? config_.pdo_timeout_ns : velocity_age_without_timeout_ns;
-  return stamp_ns != no_stamp_ns && now_ns_ - stamp_ns <= age_ns;
+  return stamp_ns != no_stamp_ns && now_ns_ - stamp_ns < age_ns;
 }
 
 bool Motor::is_standing() const {

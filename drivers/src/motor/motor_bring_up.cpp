@@ -10,6 +10,14 @@ using canopen::NmtCommand;
 using canopen::PdoDirection;
 using canopen::SdoStatus;
 
+namespace {
+
+/// A controlword is obeyed at the next SYNC, shows in the PDO after that, and is believed with the one after
+/// that.
+constexpr std::uint8_t beats_until_believed = 4;
+
+}  // namespace
+
 /// Once: the configuration does not change. maximum_steps is room for all of them.
 void Motor::build_steps() {
   const auto write = [this](const canopen::ObjectWrite& object) {
@@ -137,6 +145,7 @@ void Motor::begin_enabling() {
   is_reading_mode_ = false;
   was_fault_reset_ = false;
   reset_beats_ = 0;
+  enable_beats_ = 0;
   seen_state_ = process_data_.state();
   seen_state_since_ns_ = now_ns_;
   enter(MotorState::enabling, MotorReason::walks_to_enabled);
@@ -162,6 +171,8 @@ void Motor::step_enabling() {
     return;
   }
   if (drive == State::operation_enabled) {
+    // A drive that was enabled when we met it may yet obey the controlword that we sent before we knew.
+    if (enable_beats_ < beats_until_believed) return;
     if (!config_.verifies_mode) {
       begin_ramping();
     } else if (!is_reading_mode_ && is_late) {

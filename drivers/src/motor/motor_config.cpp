@@ -28,15 +28,17 @@ bool are_valid(const Pdos& pdos, PdoDirection direction, std::uint8_t node) {
 }
 
 bool share_cob_id(const MotorConfig& config) {
-  std::array<std::uint16_t, 2 * MotorConfig::maximum_pdos> cob_ids{};
-  std::size_t count = 0;
-  for (const PdoConfig& pdo : config.tpdos)
-    cob_ids[count++] = pdo.cob_id_of(PdoDirection::from_node, config.node);
-  for (const PdoConfig& pdo : config.rpdos)
-    cob_ids[count++] = pdo.cob_id_of(PdoDirection::to_node, config.node);
-  const std::span used = std::span(cob_ids).first(count);
-  std::ranges::sort(used);
-  return std::ranges::adjacent_find(used) != used.end();
+  FixedTable<std::uint16_t, 2 * MotorConfig::maximum_pdos> used;
+  const auto is_new = [&used](std::uint16_t cob_id) {
+    return std::ranges::find(used, cob_id) == used.end() && used.add(cob_id);
+  };
+  for (const PdoConfig& pdo : config.tpdos) {
+    if (!is_new(pdo.cob_id_of(PdoDirection::from_node, config.node))) return true;
+  }
+  for (const PdoConfig& pdo : config.rpdos) {
+    if (!is_new(pdo.cob_id_of(PdoDirection::to_node, config.node))) return true;
+  }
+  return false;
 }
 
 bool are_times_good(const MotorConfig& config) {

@@ -229,8 +229,9 @@ class Motor final : public canopen::NodeDriver {
   // Enabling and faults.
   cia402::State seen_state_ = cia402::State::unknown;
   std::int64_t seen_state_since_ns_ = 0;
-  std::uint8_t reset_beats_ = 0;  ///< of controlword 0 before the rising edge
-  bool was_fault_reset_ = false;  ///< in this enabling
+  std::uint8_t reset_beats_ = 0;   ///< of controlword 0 before the rising edge
+  bool was_fault_reset_ = false;   ///< in this enabling
+  std::uint8_t enable_beats_ = 0;  ///< of controlword "enable operation" in a row, while the drive is enabled
   bool is_reading_mode_ = false;
   bool is_reading_error_code_ = false;
   StopPhase stop_phase_ = StopPhase::ramp_down;
