@@ -1,6 +1,7 @@
 #include "alces_platform/linux/gpio_lines.h"
 
 #include <sys/epoll.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -10,6 +11,12 @@ namespace alces {
 namespace {
 
 constexpr int rounds_at_once = 8;  ///< of reads, before others in the loop have their turn
+
+/// Tells a chip's file from that of another one that came under the same name; 0: there is none.
+std::uint64_t file_of(const char* path) {
+  struct stat file {};
+  return stat(path, &file) == 0 ? file.st_ino : 0;
+}
 
 }  // namespace
 
@@ -59,9 +66,10 @@ void GpioLines::release() {
 }
 
 bool GpioLines::try_open() {
-  Name path;
-  if (!find_gpio_chip(chip_.text(), path, error_)) return false;
-  if (!request_.open(path.text(), std::span(lines_).first(line_count_), consumer_.text(), error_))
+  if (!find_gpio_chip(chip_.text(), path_, error_)) return false;
+  file_ = file_of(path_.text());
+  looked_ns_ = clocks_.monotonic_ns();
+  if (!request_.open(path_.text(), std::span(lines_).first(line_count_), consumer_.text(), error_))
     return false;
   for (std::size_t i = 0; i < request_.descriptor_count(); ++i) {
     watches_[i] = loop_.watch(request_.descriptor(i), EPOLLIN, *this, static_cast<std::uint32_t>(i));
@@ -118,11 +126,7 @@ void GpioLines::on_ready(std::uint32_t, std::uint32_t epoll_events) {
     // Kernels differ in whether a chip that is gone shows in the read or in the poll.
     if (count == 0 && (epoll_events & (EPOLLERR | EPOLLHUP)) != 0) error_number = ENODEV;
     if (error_number != 0) {
-      loop_.raise(now, Severity::error, chip_.text(), "the GPIO chip is gone; trying to get its lines again",
-                  error_number);
-      release();
-      for (std::size_t i = 0; i < line_count_; ++i) report_loss(static_cast<std::uint8_t>(i), 0, now);
-      back_off_.failed(now);
+      lose(now, error_number);
       return;
     }
     if (count == 0) return;
@@ -162,8 +166,23 @@ void GpioLines::report_loss(std::uint8_t line, std::uint32_t count, std::int64_t
   loop_.sink().on_event(event);
 }
 
+void GpioLines::lose(std::int64_t now_ns, int error_number) {
+  loop_.raise(now_ns, Severity::error, chip_.text(), "the GPIO chip is gone; trying to get its lines again",
+              error_number);
+  release();
+  for (std::size_t i = 0; i < line_count_; ++i) report_loss(static_cast<std::uint8_t>(i), 0, now_ns);
+  back_off_.failed(now_ns);
+}
+
 void GpioLines::on_tick(std::int64_t now_ns) {
-  if (request_.is_open() || !back_off_.is_due(now_ns)) return;
+  if (request_.is_open()) {
+    // Kernels before 6.6 do not wake those who wait on a chip that is unplugged: its file is looked at.
+    if (now_ns - looked_ns_ < look_every_ns) return;
+    looked_ns_ = now_ns;
+    if (file_of(path_.text()) != file_) lose(now_ns, ENODEV);
+    return;
+  }
+  if (!back_off_.is_due(now_ns)) return;
   if (try_open()) {
     loop_.raise(now_ns, Severity::info, chip_.text(), "the GPIO lines are there");
   } else {

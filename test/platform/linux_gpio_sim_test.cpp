@@ -30,7 +30,7 @@ class SimulatedChip {
     plug();
   }
   ~SimulatedChip() {
-    put(chip_ / "live", "0");
+    unplug();
     fs::remove(chip_ / "bank0" / "line2");
     fs::remove(chip_ / "bank0");
     fs::remove(chip_);
@@ -43,6 +43,7 @@ class SimulatedChip {
     for (int i = 0; i < 100 && !fs::exists("/dev/" + name); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
+  void unplug() const { put(chip_ / "live", "0"); }
   void set(int line, bool is_high) const {
     put(lines_ / ("sim_gpio" + std::to_string(line)) / "pull", is_high ? "pull-up" : "pull-down");
     // The simulated interrupt comes from a work queue: two changes in haste would be one edge.
@@ -148,4 +149,22 @@ TEST_CASE("lines that cannot be had are refused with the line and the reason") {
   const std::vector<GpioLine> both{{.line = "0"}, {.line = "3"}};  // what was refused has been given back
   GpioLines second(bench.loop, {.chip = chip.name.c_str(), .lines = both});
   CHECK(second.open());
+}
+
+TEST_CASE("a chip that is unplugged is reported, waited for and used again") {
+  if (!is_simulator_here()) return;
+  SimulatedChip chip;
+  LoopBench bench;
+  const std::vector<GpioLine> lines{{.line = "0"}};
+  GpioLines gpio(bench.loop, {.chip = "alces-test-chip", .lines = lines});
+  REQUIRE(gpio.open());
+  chip.unplug();
+  REQUIRE(bench.run_until([&] { return !gpio.is_open(); }));
+  CHECK(bench.notices.count("the GPIO chip is gone") == 1);
+  CHECK(bench.sink.of(EventKind::edges_lost).size() == 1);
+  chip.plug();
+  REQUIRE(bench.run_until([&] { return gpio.is_open(); }));
+  chip.set(0, true);
+  CHECK(bench.run_until([&] { return gpio.counters().edges == 1; }));
+  CHECK(gpio.counters().opens == 2);
 }

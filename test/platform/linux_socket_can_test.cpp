@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <cstring>
 
 #include "alces_platform/linux/can_wire.h"
@@ -308,4 +309,32 @@ TEST_CASE("a burst on a virtual CAN interface arrives whole, or what is missing 
   CHECK(receiver.counters().receive_overflows > 0);
   CHECK(receiver.bus().counters().frames + receiver.counters().receive_overflows == burst + 1);
   CHECK(bench.notices.count("frames were lost") == 1);
+}
+
+TEST_CASE("a virtual CAN interface that is unplugged and plugged in again is bound anew") {
+  if (!is_vcan_here()) return;
+  const auto run = [](const char* command) {
+    return std::system(command) == 0;
+  };  // NOLINT(bugprone-command-processor)
+  if (!run("ip link add vcan9 type vcan && ip link set vcan9 up")) {
+    WARN("skipped: no permission to make another interface");
+    return;
+  }
+  LoopBench bench;
+  SocketCan can(bench.loop, {.interface_name = "vcan9"});
+  REQUIRE(can.open());
+  CHECK(run("ip link del vcan9"));
+  REQUIRE(bench.run_until([&] { return !can.bus().is_up(); }));
+  bench.run_for(300 * ns_per_ms);
+  CHECK(std::string(can.error()).find("vcan9: no such CAN interface") == 0);
+  CHECK(run("ip link add vcan9 type vcan && ip link set vcan9 up"));
+  REQUIRE(bench.run_until([&] { return can.bus().is_up(); }));
+  CHECK(run(
+      "ip link set vcan9 down && ip link del vcan9 && ip link add vcan9 type vcan && ip link set vcan9 up"));
+  REQUIRE(bench.run_until([&] { return can.counters().opens == 3 && can.bus().is_up(); }));
+  SocketCan peer(bench.loop, {.interface_name = "vcan9"});
+  REQUIRE(peer.open());
+  CHECK(can.send({.id = 0x181, .size = 1}));
+  CHECK(bench.run_until([&] { return peer.bus().counters().frames == 1; }));
+  CHECK(run("ip link del vcan9"));
 }

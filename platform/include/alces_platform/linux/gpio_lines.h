@@ -31,6 +31,8 @@ struct GpioConfig {
 
 class GpioLines final : public EventSource {
  public:
+  static constexpr std::int64_t look_every_ns = ns_per_s;  ///< at whether the chip is there
+
   struct Counters {
     std::uint64_t edges = 0;
     std::uint64_t losses = 0;              ///< edges_lost events
@@ -70,6 +72,7 @@ class GpioLines final : public EventSource {
  private:
   [[nodiscard]] bool try_open();
   void release();
+  void lose(std::int64_t now_ns, int error_number);
   void deliver(const StampedEdge& stamped, std::int64_t now_ns);
   void report_loss(std::uint8_t line, std::uint32_t count, std::int64_t stamp_ns);
 
@@ -86,6 +89,9 @@ class GpioLines final : public EventSource {
 
   bool is_wanted_ = false;  ///< between open() and close()
   GpioRequest request_;
+  Name path_;               ///< of the chip's file
+  std::uint64_t file_ = 0;  ///< its inode, when it was opened
+  std::int64_t looked_ns_ = 0;
   std::array<EventLoop::Watch, GpioRequest::line_capacity> watches_{};
   std::array<EdgeCheck, GpioRequest::line_capacity> checks_;
   std::array<StampedEdge, GpioRequest::line_capacity * GpioRequest::buffer_v1> edges_{};
