@@ -93,7 +93,7 @@ Json describe(ScanSource& scans) {
   Extent extent;
   Progress progress("reading scans");
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    scans.read(i, points);
+    if (!scans.read(i, points)) break;
     const std::optional<Pose> pose = scans.odometry(i);
     const std::optional<double> stamp_s = scans.stamp_s(i);
     if (pose) {

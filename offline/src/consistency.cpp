@@ -226,7 +226,7 @@ std::vector<GroupConsistency> measure_consistency(
   std::size_t done = 0;
   const auto read = [&](std::size_t index, std::vector<Point>& points) {
     const std::lock_guard lock(reading);
-    scans.read(index, points);
+    (void)scans.read(index, points);
   };
   tbb::parallel_for(std::size_t{0}, work.size(), [&](std::size_t i) {
     const auto& [a, pairs] = work[i];

@@ -54,7 +54,7 @@ void MapRun::run(const Callbacks& callbacks) {
     }
     const Clock::time_point read_begin = Clock::now();
     try {
-      scans_.read(index, points);
+      if (!scans_.read(index, points)) break;
     } catch (const Error& error) {
       problem_ = error;
       break;

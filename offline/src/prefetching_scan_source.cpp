@@ -20,7 +20,7 @@ struct PrefetchingScanSource::Worker {
       lock.unlock();
       std::exception_ptr caught;
       try {
-        source.read(index, points);
+        is_there = source.read(index, points);
       } catch (...) {
         caught = std::current_exception();
       }
@@ -38,6 +38,7 @@ struct PrefetchingScanSource::Worker {
   std::optional<std::size_t> wanted;
   std::optional<std::size_t> ready;
   std::vector<Point> points;
+  bool is_there = true;
   std::exception_ptr error;
   std::jthread thread;  // last: it uses all of the above
 };
@@ -47,21 +48,24 @@ PrefetchingScanSource::PrefetchingScanSource(std::unique_ptr<ScanSource> source)
 
 PrefetchingScanSource::~PrefetchingScanSource() = default;
 
-void PrefetchingScanSource::read(std::size_t index, std::vector<Point>& points) {
+bool PrefetchingScanSource::read(std::size_t index, std::vector<Point>& points) {
   Worker& worker = *worker_;
   std::unique_lock lock(worker.mutex);
   worker.changed.wait(lock, [&] { return !worker.wanted.has_value(); });
+  bool is_there = true;
   if (worker.ready == index) {
     worker.ready.reset();
+    is_there = worker.is_there;
     if (worker.error) std::rethrow_exception(std::exchange(worker.error, nullptr));
     points.swap(worker.points);
   } else {
-    source_->read(index, points);
+    is_there = source_->read(index, points);
   }
-  if (index + 1 < source_->size() && worker.ready != index + 1) {
+  if (is_there && index + 1 < source_->size() && worker.ready != index + 1) {
     worker.wanted = index + 1;
     worker.changed.notify_all();
   }
+  return is_there;
 }
 
 std::size_t PrefetchingScanSource::size() const {

@@ -63,7 +63,7 @@ class FileScanSource final : public ScanSource {
 
   [[nodiscard]] std::size_t size() const override { return entries_.size(); }
 
-  void read(std::size_t index, std::vector<Point>& points) override {
+  bool read(std::size_t index, std::vector<Point>& points) override {
     const Entry& entry = entries_.at(index);
     read_file(entry.file, bytes_);
     std::vector<std::string> notes;
@@ -74,6 +74,7 @@ class FileScanSource final : public ScanSource {
       if (std::find(warnings_.begin(), warnings_.end(), note) == warnings_.end())
         warnings_.push_back(std::move(note));
     }
+    return true;
   }
 
   [[nodiscard]] std::string name(std::size_t index) const override {

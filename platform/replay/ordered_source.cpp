@@ -79,7 +79,7 @@ bool OrderedSource::read_entry(Words& words, std::int64_t stamp_ns, Event& event
   if (source == sources_.end()) refuse("the file with this is missing");
   const bool is_edge = what == "edge";
   std::uint8_t edge_channel = 0;
-  Edge edge;
+  GpioEdge edge;
   if (is_edge) {
     if (!parse_byte(first, edge_channel) || !parse_byte(second, edge.line) ||
         !parse_word(third, edge.sequence))

@@ -49,7 +49,10 @@ class ScansInMemory final : public ScanSource {
  public:
   explicit ScansInMemory(std::vector<std::vector<Point>> scans) : scans_(std::move(scans)) {}
   [[nodiscard]] std::size_t size() const override { return scans_.size(); }
-  void read(std::size_t index, std::vector<Point>& points) override { points = scans_[index]; }
+  bool read(std::size_t index, std::vector<Point>& points) override {
+    points = scans_[index];
+    return true;
+  }
   [[nodiscard]] std::string name(std::size_t) const override { return ""; }
   [[nodiscard]] std::size_t number(std::size_t index) const override { return index; }
   [[nodiscard]] std::optional<Pose> odometry(std::size_t) const override { return std::nullopt; }

@@ -34,11 +34,13 @@ class ScanSource {
   ScanSource& operator=(const ScanSource&) = delete;
   virtual ~ScanSource() = default;
 
+  /// How many scans there are; of a source that finds out as it goes: at most, and exactly at its end.
   [[nodiscard]] virtual std::size_t size() const = 0;
 
-  /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. Not to be called from
-  /// two threads at once; all other functions may run meanwhile.
-  virtual void read(std::size_t index, std::vector<Point>& points) = 0;
+  /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. False: there is no such
+  /// scan, the source has ended (only of sources whose size() is not exact). Not to be called from two threads
+  /// at once; all other functions may run meanwhile.
+  virtual bool read(std::size_t index, std::vector<Point>& points) = 0;
 
   /// What people call it: the file's name without folder.
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
@@ -75,7 +77,7 @@ class PrefetchingScanSource final : public ScanSource {
   ~PrefetchingScanSource() override;
 
   [[nodiscard]] std::size_t size() const override;
-  void read(std::size_t index, std::vector<Point>& points) override;
+  bool read(std::size_t index, std::vector<Point>& points) override;
   [[nodiscard]] std::string name(std::size_t index) const override;
   [[nodiscard]] std::size_t number(std::size_t index) const override;
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override;
