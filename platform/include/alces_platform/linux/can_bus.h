@@ -16,7 +16,7 @@
 
 #include "alces_drivers/can_frame.h"
 #include "alces_drivers/event.h"
-#include "alces_platform/linux/back_off.h"
+#include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/linux/event_loop.h"
 
 namespace alces {

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <span>
 
-#include "alces_platform/linux/back_off.h"
+#include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/linux/clock_bridge.h"
 #include "alces_platform/linux/edge_check.h"
 #include "alces_platform/linux/event_loop.h"
@@ -96,7 +96,7 @@ class GpioLines final : public EventSource {
   std::array<EdgeCheck, GpioRequest::line_capacity> checks_;
   std::array<StampedEdge, GpioRequest::line_capacity * GpioRequest::buffer_v1> edges_{};
   std::array<bool, GpioRequest::line_capacity> was_full_{};
-  BackOff back_off_{ns_per_s, ns_per_s};
+  RetryDelay back_off_{ns_per_s, ns_per_s};
   Seldom loss_notice_{10 * ns_per_s};
   Counters counters_;
   Message error_;

@@ -134,7 +134,7 @@ class SocketCan final : public CanPort, public EventSource {
   std::uint32_t dropped_before_ = 0;  ///< SO_RXQ_OVFL's running count
   std::int64_t looked_ns_ = no_stamp_ns;
   int last_error_number_ = 0;
-  BackOff back_off_{100 * ns_per_ms, ns_per_s};
+  RetryDelay back_off_{100 * ns_per_ms, ns_per_s};
   Seldom overflow_notice_{10 * ns_per_s};
   Seldom kind_notice_{10 * ns_per_s};
 

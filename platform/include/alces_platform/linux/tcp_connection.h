@@ -102,7 +102,7 @@ class TcpConnection final : public BytePort, public EventSource {
   ByteRing<queue_capacity> queue_;
   std::array<std::uint8_t, 16384> received_{};
   int last_error_number_ = 0;
-  BackOff back_off_{100 * ns_per_ms, 5 * ns_per_s};
+  RetryDelay back_off_{100 * ns_per_ms, 5 * ns_per_s};
   Counters counters_;
   Message error_;
 };

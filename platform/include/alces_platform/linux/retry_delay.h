@@ -8,9 +8,9 @@
 
 namespace alces {
 
-class BackOff {
+class RetryDelay {
  public:
-  BackOff(std::int64_t first_ns, std::int64_t limit_ns) : first_ns_(first_ns), limit_ns_(limit_ns) {}
+  RetryDelay(std::int64_t first_ns, std::int64_t limit_ns) : first_ns_(first_ns), limit_ns_(limit_ns) {}
 
   [[nodiscard]] bool is_due(std::int64_t now_ns) const { return now_ns >= next_ns_; }
   void failed(std::int64_t now_ns) {
