@@ -15,6 +15,8 @@ void add_map_command(CLI::App& alces);
 void add_evaluate_command(CLI::App& alces);
 void add_render_command(CLI::App& alces);
 void add_info_command(CLI::App& alces);
+void add_replay_command(CLI::App& alces);
+void add_simulate_command(CLI::App& alces);
 void add_explain_can_command(CLI::App& alces);
 
 /// "alces: 37 % label" on one line of stderr if that is a terminal, nothing otherwise; the line goes away

@@ -19,6 +19,8 @@ namespace {
 constexpr const char* footer = R"(Examples:
   alces info scans/                                  what is in there?
   alces map scans/ --out town                        scans -> a consistent map in the folder town/
+  alces replay drive.mcap --out town                 a recorded drive -> the same
+  alces simulate --scans 60 --out drive.mcap         a drive to try it with, and its ground truth
   alces evaluate town --truth truth.tum              error against ground truth, as in the paper's Table 1
   alces evaluate town --consistency scans/           how well the visits of a place agree, without ground truth
   alces render town --out town.png                   a picture to look at
@@ -51,6 +53,8 @@ int run(int argc, char** argv) {
   add_evaluate_command(alces);
   add_render_command(alces);
   add_info_command(alces);
+  add_replay_command(alces);
+  add_simulate_command(alces);
   add_explain_can_command(alces);
 
   try {

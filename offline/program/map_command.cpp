@@ -1,24 +1,17 @@
 // alces map: scans in, a loop-closed map out.
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "alces_offline/byte_size.h"
 #include "alces_offline/error.h"
-#include "alces_offline/map_folder.h"
 #include "alces_offline/map_run.h"
 #include "alces_offline/mapper_settings.h"
-#include "alces_offline/run_report.h"
 #include "alces_offline/scan_source.h"
-#include "alces_offline/stop_signal.h"
 #include "command.h"
-#include "scan_progress.h"
+#include "map_and_write.h"
 
 namespace alces::offline {
 namespace {
@@ -60,23 +53,6 @@ Ctrl-C ends the map after the scan that is being matched and writes it, a second
 Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 cannot be written, 130 Ctrl-C, 143 told
 to stop. With 3, 4, 130 and 143 the scans mapped so far are in OUT.)";
 
-constexpr std::size_t most_warnings = 10;
-
-void print_warnings(const std::vector<std::string>& warnings) {
-  for (std::size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i)
-    fmt::print(stderr, "alces: warning: {}\n", warnings[i]);
-  if (warnings.size() > most_warnings)
-    fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n",
-               warnings.size() - most_warnings);
-}
-
-std::vector<std::string> command_line() {
-  std::ifstream file("/proc/self/cmdline", std::ios::binary);
-  std::vector<std::string> words;
-  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
-  return words;
-}
-
 MapRequest request(const Options& options) {
   MapRequest request;
   request.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
@@ -101,35 +77,7 @@ void map_scans(const Options& options) {
   ScanSourceOptions source_options;
   if (!options.odometry.empty()) source_options.odometry = options.odometry;
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
-  prepare_map_folder(options.out);
-
-  MapRun run(scans, map_request);
-  const StopSignal stop;
-  {
-    ScanProgress progress;
-    run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },
-             [&stop] { return stop.received(); }});
-  }
-  print_warnings(run.warnings());
-  if (run.mapper().scan_count() == 0) {
-    if (run.problem()) throw Error(*run.problem());
-    throw InputError(options.scans.front(), "none of the scans could be mapped; nothing is written");
-  }
-  const ProgramFacts program{ALCES_VERSION, command_line(), options.front_end};
-  nlohmann::json report;
-  try {
-    report = write_map_folder(options.out, run, program);
-  } catch (const Error&) {
-    if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
-    throw;
-  }
-  fmt::print("{}", options.json ? report.dump(2) + "\n" : run_summary(run, report));
-  if (run.problem()) {
-    std::fflush(stdout);
-    throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),
-                            run.mapper().scan_count(), options.out),
-                run.problem()->exit_status());
-  }
+  map_and_write(scans, map_request, options.out, {ALCES_VERSION, command_line(), options.front_end, {}}, options.json);
 }
 
 }  // namespace

@@ -141,6 +141,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
                        {"reason", text(scan.reason)}});
   json["refused_scans"] = std::move(refused);
   json["warnings"] = run.warnings();
+  if (!program.drive.is_null()) json["drive"] = program.drive;
   return json;
 }
 

@@ -16,6 +16,7 @@ struct ProgramFacts {
   std::string version;
   std::vector<std::string> command_line;
   std::string front_end;  ///< "default" or "paper"
+  nlohmann::json drive;   ///< of a replay: counters and notices of the devices; null otherwise
 };
 
 /// Makes the folder and finds out whether files can be written into it, before long work is done for it;

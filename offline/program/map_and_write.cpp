@@ -1,0 +1,68 @@
+#include "map_and_write.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <utility>
+
+#include "alces_offline/error.h"
+#include "alces_offline/run_report.h"
+#include "alces_offline/stop_signal.h"
+#include "scan_progress.h"
+
+namespace alces::offline {
+namespace {
+
+constexpr std::size_t most_warnings = 10;
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (std::size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i)
+    fmt::print(stderr, "alces: warning: {}\n", warnings[i]);
+  if (warnings.size() > most_warnings)
+    fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n", warnings.size() - most_warnings);
+}
+
+}  // namespace
+
+std::vector<std::string> command_line() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+  return words;
+}
+
+void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out, ProgramFacts program,
+                   bool json, const std::function<nlohmann::json()>& describe) {
+  prepare_map_folder(out);
+  MapRun run(scans, request);
+  const StopSignal stop;
+  {
+    ScanProgress progress;
+    run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },
+             [&stop] { return stop.received(); }});
+  }
+  print_warnings(run.warnings());
+  if (run.mapper().scan_count() == 0) {
+    if (run.problem()) throw Error(*run.problem());
+    throw InputError(fmt::format("none of the scans could be mapped ({}); nothing is written", scans.description()));
+  }
+  if (describe) program.drive = describe();
+  nlohmann::json report;
+  try {
+    report = write_map_folder(out, run, program);
+  } catch (const Error&) {
+    if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
+    throw;
+  }
+  fmt::print("{}", json ? report.dump(2) + "\n" : run_summary(run, report));
+  if (run.problem()) {
+    std::fflush(stdout);
+    throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(), run.mapper().scan_count(),
+                            out.string()),
+                run.problem()->exit_status());
+  }
+}
+
+}  // namespace alces::offline
