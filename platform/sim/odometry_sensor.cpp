@@ -14,6 +14,24 @@ std::size_t at(OdometryQuantity quantity) {
   return static_cast<std::size_t>(quantity);
 }
 
+bool is_of_wheels(OdometryQuantity quantity) {
+  switch (quantity) {
+    case OdometryQuantity::speed:
+    case OdometryQuantity::left_speed:
+    case OdometryQuantity::right_speed:
+    case OdometryQuantity::wheel_yaw_rate:
+    case OdometryQuantity::left_way:
+    case OdometryQuantity::right_way:
+      return true;
+    case OdometryQuantity::gyro_yaw_rate:
+    case OdometryQuantity::gyro_roll_rate:
+    case OdometryQuantity::gyro_pitch_rate:
+    case OdometryQuantity::counter:
+      return false;
+  }
+  return false;
+}
+
 /// What does not fit into the signal comes round from below, as a counter's register does.
 double wrapped(const Signal& signal, double value) {
   const double span = std::ldexp(signal.factor, signal.length_bits);
@@ -37,8 +55,8 @@ OdometrySensor::OdometrySensor(const OdometrySensorSettings& settings, std::uint
   Random of_the_drive(mix(seed, 71));
   scale_ += settings.scale_error * of_the_drive.uniform(0.7, 1.3) * (of_the_drive.chance(0.5) ? 1.0 : -1.0);
   turn_scale_ += settings.wheel_turn_error * of_the_drive.normal();
-  gyro_scale_ += settings.gyro_scale_error * of_the_drive.normal();
-  gyro_bias_rad_per_s_ = settings.gyro_bias_deg_per_s * deg * of_the_drive.normal();
+  for (double& scale : gyro_scale_) scale += settings.gyro_scale_error * of_the_drive.normal();
+  for (double& bias : gyro_bias_rad_per_s_) bias = settings.gyro_bias_deg_per_s * deg * of_the_drive.normal();
   left_slip_ = settings.slip * of_the_drive.normal();
   right_slip_ = settings.slip * of_the_drive.normal();
   std::uint64_t number = 0;
@@ -47,8 +65,7 @@ OdometrySensor::OdometrySensor(const OdometrySensorSettings& settings, std::uint
     // Nodes are not in step with each other.
     const auto phase_ns = static_cast<std::int64_t>(of_the_drive.uniform() * static_cast<double>(period_ns));
     const bool has_wheels = std::ranges::any_of(settings.signals, [&](const OdometrySignal& signal) {
-      return signal.can_id == frame.can_id && signal.quantity != OdometryQuantity::gyro_yaw_rate &&
-             signal.quantity != OdometryQuantity::counter;
+      return signal.can_id == frame.can_id && is_of_wheels(signal.quantity);
     });
     timetables_.push_back({frame,
                            has_wheels,
@@ -72,7 +89,7 @@ void OdometrySensor::step_errors(std::int64_t now_ns) {
     errors_stamp_ns_ += error_step_ns;
     left_slip_ = stays * left_slip_ + comes * random_.normal();
     right_slip_ = stays * right_slip_ + comes * random_.normal();
-    gyro_bias_rad_per_s_ += walk * random_.normal();
+    for (double& bias : gyro_bias_rad_per_s_) bias += walk * random_.normal();
   }
 }
 
@@ -86,11 +103,11 @@ void OdometrySensor::sample(Timetable& timetable) {
   const auto end = motion_.at(end_ns);
   const double speed =
       (begin.velocity_m_per_s.x() + 4 * middle.velocity_m_per_s.x() + end.velocity_m_per_s.x()) / 6;
-  const double rate = (begin.rate_rad_per_s.z() + 4 * middle.rate_rad_per_s.z() + end.rate_rad_per_s.z()) / 6;
+  const Eigen::Vector3d rates = (begin.rate_rad_per_s + 4 * middle.rate_rad_per_s + end.rate_rad_per_s) / 6;
 
   step_errors(end_ns);
   Random& random = timetable.random;
-  const double turn = 0.5 * settings_.track_m * rate * turn_scale_;
+  const double turn = 0.5 * settings_.track_m * rates.z() * turn_scale_;
   const auto wheel = [&](double true_speed, double slip) {
     // A wheel that stands measures nothing: its error goes with its speed.
     const double noise =
@@ -104,13 +121,17 @@ void OdometrySensor::sample(Timetable& timetable) {
   }
   timetable.left_m += left * step_s;
   timetable.right_m += right * step_s;
-  const double gyro_noise = settings_.gyro_noise_deg_per_sqrt_s * deg / std::sqrt(step_s) * random.normal();
   auto& values = timetable.values;
+  constexpr OdometryQuantity axes[] = {OdometryQuantity::gyro_roll_rate, OdometryQuantity::gyro_pitch_rate,
+                                       OdometryQuantity::gyro_yaw_rate};
+  const double gyro_noise = settings_.gyro_noise_deg_per_sqrt_s * deg / std::sqrt(step_s);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    values[at(axes[axis])] = gyro_scale_[axis] * rates[static_cast<Eigen::Index>(axis)] +
+                             gyro_bias_rad_per_s_[axis] + gyro_noise * random.normal();
   values[at(OdometryQuantity::speed)] = 0.5 * (left + right);
   values[at(OdometryQuantity::left_speed)] = left;
   values[at(OdometryQuantity::right_speed)] = right;
   values[at(OdometryQuantity::wheel_yaw_rate)] = (right - left) / settings_.track_m;
-  values[at(OdometryQuantity::gyro_yaw_rate)] = gyro_scale_ * rate + gyro_bias_rad_per_s_ + gyro_noise;
   values[at(OdometryQuantity::left_way)] = timetable.left_m;
   values[at(OdometryQuantity::right_way)] = timetable.right_m;
 }
@@ -119,12 +140,14 @@ void OdometrySensor::poll(std::int64_t now_ns, const FaultPlan& faults, std::vec
   const std::size_t first = frames.size();
   for (Timetable& timetable : timetables_) {
     for (; timetable.next_ns <= now_ns; timetable.next_ns += timetable.period_ns) {
-      if (faults.active(Fault::odometry_frozen, timetable.next_ns) == nullptr) {
+      const Injection* frozen = faults.active(Fault::odometry_frozen, timetable.next_ns);
+      if (frozen == nullptr) {
         sample(timetable);
         if (timetable.has_wheels) jump_m_per_s_ = 0;
       }
       timetable.last_ns = timetable.next_ns;
-      timetable.values[at(OdometryQuantity::counter)] = static_cast<double>(timetable.count++);
+      if (frozen == nullptr || frozen->argument == 1)
+        timetable.values[at(OdometryQuantity::counter)] = static_cast<double>(timetable.count++);
       if (faults.active(Fault::odometry_silent, timetable.next_ns) != nullptr) continue;
       Output output;
       output.ready_stamp_ns = timetable.next_ns;

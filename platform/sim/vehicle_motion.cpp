@@ -29,9 +29,11 @@ std::vector<Vector3d> low_pass(const std::vector<Vector3d>& values, double sigma
   smoothed.reserve(values.size());
   for (int i = 0; i <= last; ++i) {
     Vector3d mean = Vector3d::Zero();
-    for (int offset = -reach; offset <= reach; ++offset)
-      mean += weights[static_cast<std::size_t>(offset + reach)] *
-              values[static_cast<std::size_t>(std::clamp(i + offset, 0, last))];
+    for (int offset = -reach; offset <= reach; ++offset) {
+      const int weight = offset + reach;
+      const int neighbour = std::clamp(i + offset, 0, last);
+      mean += weights[static_cast<std::size_t>(weight)] * values[static_cast<std::size_t>(neighbour)];
+    }
     smoothed.emplace_back(mean / sum);
   }
   return smoothed;

@@ -1,7 +1,7 @@
 // Wheels and a gyro that report over CAN: what they measure of the vehicle's motion, and wrongly how.
 //
-// Each sample is the mean since the sample before (wheels count ticks, gyros filter). Which quantity stands
-// where in which frame is a table, as in a DBC file.
+// Each sample is the mean since the sample before (wheels count ticks, gyros filter): half a period old when
+// it is sent. Which quantity stands where in which frame is a table, as in a DBC file.
 //
 // Default numbers: wheels of a skid-steered robot of Kurt3D's size: 1.5 % scale, 1 % slip that changes over
 // seconds, and a turn from the wheels that is no better than 3 %. Gyro of the MEMS class: 0.3 deg/s bias at
@@ -22,16 +22,18 @@
 namespace alces::sim {
 
 enum class OdometryQuantity : std::uint8_t {
-  speed,           ///< m/s, ahead; mean of the wheels
-  left_speed,      ///< m/s
-  right_speed,     ///< m/s
-  wheel_yaw_rate,  ///< rad/s, from the difference of the wheels
-  gyro_yaw_rate,   ///< rad/s, anticlockwise
-  left_way,        ///< m since power-on, wraps within its signal
-  right_way,       ///< m
-  counter,         ///< frames of this id since power-on, wraps within its signal
+  speed,            ///< m/s, ahead; mean of the wheels
+  left_speed,       ///< m/s
+  right_speed,      ///< m/s
+  wheel_yaw_rate,   ///< rad/s, from the difference of the wheels
+  gyro_yaw_rate,    ///< rad/s, anticlockwise
+  left_way,         ///< m since power-on, wraps within its signal
+  right_way,        ///< m
+  counter,          ///< frames of this id since power-on, wraps within its signal
+  gyro_roll_rate,   ///< rad/s about the body's x axis
+  gyro_pitch_rate,  ///< rad/s about the body's y axis: nose down is positive
 };
-inline constexpr std::size_t odometry_quantity_count = 8;
+inline constexpr std::size_t odometry_quantity_count = 10;
 
 struct OdometrySignal {
   OdometryQuantity quantity = OdometryQuantity::speed;
@@ -107,10 +109,10 @@ class OdometrySensor {
   std::vector<Timetable> timetables_;
   double scale_ = 1;
   double turn_scale_ = 1;
-  double gyro_scale_ = 1;
+  std::array<double, 3> gyro_scale_{1, 1, 1};  ///< roll, pitch, yaw
   std::int64_t errors_stamp_ns_ = 0;
   double left_slip_ = 0, right_slip_ = 0;
-  double gyro_bias_rad_per_s_ = 0;
+  std::array<double, 3> gyro_bias_rad_per_s_{};
   double jump_m_per_s_ = 0;
 };
 

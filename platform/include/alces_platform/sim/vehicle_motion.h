@@ -9,7 +9,7 @@
 // The vehicle stands at first (so that a gyro's bias can be estimated while the scanner comes up), then
 // drives for scans * scan_period_s at the mean speed, slower in bends, faster on straights, and stands again.
 //
-// Memory: about 250 bytes a metre and 80 bytes a second. at(): about 0.2 us.
+// Memory: about 160 bytes a metre and 80 bytes a second. at(): about 0.2 us.
 #pragma once
 
 #include <Eigen/Core>
