@@ -7,8 +7,8 @@ namespace alces {
 
 class CanPort {
  public:
-  /// Queues one frame; does not block. False: it was not taken (queue full, bus off, interface down); the driver tries
-  /// again on a later tick.
+  /// Queues one frame; does not block. False: it was not taken (queue full, bus off, interface down); the
+  /// driver tries again on a later tick.
   [[nodiscard]] virtual bool send(const CanFrame& frame) = 0;
 
  protected:

@@ -11,8 +11,9 @@ struct Notice {
   std::int64_t stamp_ns = 0;
   Severity severity = Severity::info;
   const char* source = "";  ///< "motor", "laser a", "encoder", ...: static storage
-  const char* text = "";    ///< one clause that says what happened and, where one can, what to do: static storage
-  std::int64_t value = 0;   ///< the number that goes with it (an abort code, a count); 0 where none does
+  const char* text =
+      "";  ///< one clause that says what happened and, where one can, what to do: static storage
+  std::int64_t value = 0;  ///< the number that goes with it (an abort code, a count); 0 where none does
   bool has_value = false;
 };
 
