@@ -7,7 +7,8 @@
 #include <iterator>
 #include <vector>
 
-#include "alces_drivers/canopen/codes.h"
+#include "alces_drivers/canopen/emcy.h"
+#include "alces_drivers/canopen/sdo_abort.h"
 
 namespace alces::offline {
 namespace {
@@ -346,7 +347,7 @@ std::string controlword_text(unsigned controlword) {
 std::string error_register_text(unsigned error_register) {
   std::vector<std::string> bits;
   for (unsigned bit = 0; bit < 8; ++bit) {
-    if ((error_register >> bit & 1) != 0) bits.emplace_back(canopen::error_register_bit_text(bit));
+    if ((error_register >> bit & 1) != 0) bits.emplace_back(canopen::error_register_text(static_cast<std::uint8_t>(bit)));
   }
   return fmt::format("0x{:02X} ({})", error_register, bits.empty() ? "no error" : joined(bits));
 }
