@@ -15,6 +15,7 @@ void add_map_command(CLI::App& alces);
 void add_evaluate_command(CLI::App& alces);
 void add_render_command(CLI::App& alces);
 void add_info_command(CLI::App& alces);
+void add_convert_command(CLI::App& alces);
 
 /// "alces: 37 % label" on one line of stderr if that is a terminal, nothing otherwise; the line goes away
 /// with the object. Calls may come from several threads one after the other.

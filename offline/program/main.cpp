@@ -51,6 +51,7 @@ int run(int argc, char** argv) {
   add_evaluate_command(alces);
   add_render_command(alces);
   add_info_command(alces);
+  add_convert_command(alces);
 
   try {
     alces.parse(argc, argv);
