@@ -15,13 +15,10 @@ void add_map_command(CLI::App& alces);
 void add_evaluate_command(CLI::App& alces);
 void add_render_command(CLI::App& alces);
 void add_info_command(CLI::App& alces);
-<<<<<<< HEAD
 void add_replay_command(CLI::App& alces);
 void add_simulate_command(CLI::App& alces);
 void add_explain_can_command(CLI::App& alces);
-=======
 void add_convert_command(CLI::App& alces);
->>>>>>> recording
 
 /// "alces: 37 % label" on one line of stderr if that is a terminal, nothing otherwise; the line goes away
 /// with the object. Calls may come from several threads one after the other.

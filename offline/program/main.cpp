@@ -53,13 +53,10 @@ int run(int argc, char** argv) {
   add_evaluate_command(alces);
   add_render_command(alces);
   add_info_command(alces);
-<<<<<<< HEAD
   add_replay_command(alces);
   add_simulate_command(alces);
   add_explain_can_command(alces);
-=======
   add_convert_command(alces);
->>>>>>> recording
 
   try {
     alces.parse(argc, argv);
