@@ -53,7 +53,7 @@ void Encoder::begin_anew() {
   speed_state_ = SpeedState::unknown;
 }
 
-void Encoder::on_edge(const Edge& edge, std::int64_t stamp_ns) {
+void Encoder::on_edge(const GpioEdge& edge, std::int64_t stamp_ns) {
   if (!is_stamp_good(stamp_ns)) return;
   ++counters_.edges;
   if (edge.line == EncoderConfig::no_line) {
@@ -78,7 +78,7 @@ void Encoder::on_edge(const Edge& edge, std::int64_t stamp_ns) {
   }
 }
 
-void Encoder::note_sequence(std::size_t slot, const Edge& edge, std::int64_t stamp_ns) {
+void Encoder::note_sequence(std::size_t slot, const GpioEdge& edge, std::int64_t stamp_ns) {
   const std::uint32_t last = last_sequence_[slot];
   last_sequence_[slot] = edge.sequence;
   if (last == 0 || edge.sequence == 0 || edge.sequence == last + 1) return;
@@ -111,7 +111,7 @@ void Encoder::break_quadrature() {
   drop_reference();
 }
 
-void Encoder::on_quadrature_edge(Quadrature::Line line, const Edge& edge, std::int64_t stamp_ns) {
+void Encoder::on_quadrature_edge(Quadrature::Line line, const GpioEdge& edge, std::int64_t stamp_ns) {
   if (stamp_ns < last_quadrature_ns_) ++counters_.edges_reordered;
   last_quadrature_ns_ = std::max(last_quadrature_ns_, stamp_ns);
   const Quadrature::Step step = quadrature_.on_edge(line, edge.is_rising);

@@ -2,8 +2,8 @@
 
 namespace alces {
 
-std::optional<std::uint32_t> EdgeCheck::missing_before(const Edge& edge) {
-  const Edge last = last_;
+std::optional<std::uint32_t> EdgeCheck::missing_before(const GpioEdge& edge) {
+  const GpioEdge last = last_;
   const bool was_known = is_known_;
   last_ = edge;
   is_known_ = true;

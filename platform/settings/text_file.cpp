@@ -21,7 +21,8 @@ std::string text_of(const std::filesystem::path& file) {
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad() || (stream.fail() && !stream.eof())) throw Error(file.string(), "cannot be read");
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > largest_bytes) throw Error(file.string(), "is larger than 1 MiB: that is no configuration");
+  if (text.size() > largest_bytes)
+    throw Error(file.string(), "is larger than 1 MiB: that is no configuration");
   return text;
 }
 

@@ -39,7 +39,7 @@ void TomlReader::out_of_range(const toml::node& node, const std::string& name, d
 void TomlReader::table(const char* name, const char*) {
   if (!scope_.name.empty()) tables_[scope_.name].merge(scope_.keys);
   tables_[name];
-  scope_ = {name, nullptr, {}};
+  scope_ = {name, nullptr, {}, false};
   const toml::node* node = root_.get(name);
   if (node == nullptr) return;
   scope_.table = node->as_table();
@@ -121,8 +121,7 @@ void TomlReader::words(const char* key, std::vector<std::string>& values, std::s
 void TomlReader::need(std::initializer_list<const char*> keys) const {
   if (scope_.table == nullptr) return;
   for (const char* key : keys) {
-    if (scope_.table->get(key) == nullptr)
-      fail(*scope_.table, fmt::format("{} lacks {}", scope_.name, key));
+    if (scope_.table->get(key) == nullptr) fail(*scope_.table, fmt::format("{} lacks {}", scope_.name, key));
   }
 }
 
@@ -130,7 +129,7 @@ void TomlReader::expect(bool holds, const char* key, const std::string& sentence
   if (holds) return;
   if (scope_.table == nullptr) throw Error(file_, sentence);
   const toml::node* node = scope_.table->get(key);
-  fail(node != nullptr ? *node : *scope_.table, sentence);
+  fail(node != nullptr ? *node : *scope_.table, scope_.is_row ? scope_.name + ": " + sentence : sentence);
 }
 
 void TomlReader::require(bool holds, const char* table, const char* key, const std::string& sentence) const {
@@ -155,7 +154,7 @@ void TomlReader::refuse_unknown() const {
     const bool is_last = key.str() == scope_.name;
     if (known == tables_.end() || !node.is_table())
       fail(key.source(), fmt::format("there is no table [{}]; see {}", key.str(), example_));
-    Scope scope{std::string(key.str()), node.as_table(), known->second};
+    Scope scope{std::string(key.str()), node.as_table(), known->second, false};
     if (is_last) scope.keys.insert(scope_.keys.begin(), scope_.keys.end());
     refuse_unknown(scope);
   }

@@ -1,8 +1,9 @@
 // A visitor of keys (mapper_keys.h, vehicle_keys.h) that overwrites those values which a TOML document names.
-// Every complaint is an Error with the line. What the document holds and nobody asked for is refused at the end.
+// Every complaint is an Error with the line. What the document holds and nobody asked for is refused at the
+// end.
 //
-// A key that is not there leaves its value as it is. Lists and rows are different: a table that is there names
-// all of its own, so that a list can be emptied by leaving it out.
+// A key that is not there leaves its value as it is. Lists and rows are different: a table that is there
+// names all of its own, so that a list can be emptied by leaving it out.
 #pragma once
 
 #include <fmt/format.h>
@@ -80,6 +81,7 @@ class TomlReader {
     std::string name;
     const toml::table* table = nullptr;  ///< null: it is not there
     Keys keys;                           ///< that were asked for
+    bool is_row = false;
   };
 
   const toml::node* find(const char* key);
@@ -88,14 +90,16 @@ class TomlReader {
   template <typename Row, typename VisitRow>
   void read_row(const toml::node& node, std::string name, Row& row, VisitRow visit_row);
   template <typename T>
-  void read_number(const toml::node& node, const std::string& name, T& value, double least, double most) const;
+  void read_number(const toml::node& node, const std::string& name, T& value, double least,
+                   double most) const;
   void refuse_unknown(const Scope& scope) const;
 
   [[noreturn]] void fail(const toml::node& node, const std::string& sentence) const {
     fail(node.source(), sentence);
   }
   [[noreturn]] void fail(const toml::source_region& source, const std::string& sentence) const;
-  [[noreturn]] void out_of_range(const toml::node& node, const std::string& name, double least, double most) const;
+  [[noreturn]] void out_of_range(const toml::node& node, const std::string& name, double least,
+                                 double most) const;
 
   std::string file_;
   std::string example_;
@@ -147,7 +151,8 @@ void TomlReader::numbers(const char* key, std::array<T, size>& values, std::size
                          double most, const char*) {
   if (find(key) == nullptr) return;
   const toml::array& given = *array(key, size);
-  if (given.size() < fewest) fail(given, fmt::format("{} has {} entries, not {}", name(key), given.size(), fewest));
+  if (given.size() < fewest)
+    fail(given, fmt::format("{} has {} entries, not {}", name(key), given.size(), fewest));
   values.fill(T{});
   for (std::size_t i = 0; i < given.size(); ++i)
     read_number(given[i], fmt::format("{}[{}]", name(key), i), values[i], least, most);
@@ -176,7 +181,7 @@ template <typename Row, typename VisitRow>
 void TomlReader::read_row(const toml::node& node, std::string name, Row& row, VisitRow visit_row) {
   if (!node.is_table()) fail(node, fmt::format("{} is a table; write {{key = value, ...}}", name));
   Scope outer = std::move(scope_);
-  scope_ = {std::move(name), node.as_table(), {}};
+  scope_ = {std::move(name), node.as_table(), {}, true};
   visit_row(row, *this);
   refuse_unknown(scope_);
   scope_ = std::move(outer);

@@ -1,6 +1,6 @@
 #include "toml_writer.h"
 
-#include <string_view>
+#include <algorithm>
 
 #include "alces_platform/settings/byte_size.h"
 
@@ -8,11 +8,7 @@ namespace alces::settings {
 
 void TomlWriter::table(const char* name, const char* comment) {
   if (!document.empty()) document += "\n";
-  for (std::string_view rest = comment; !rest.empty();) {
-    const std::size_t end = std::min(rest.find('\n'), rest.size());
-    document += end == 0 ? "#\n" : fmt::format("# {}\n", rest.substr(0, end));
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
+  remark(comment);
   document += fmt::format("[{}]\n", name);
 }
 
@@ -50,15 +46,18 @@ void TomlWriter::list(const char* key, const std::vector<std::string>& entries, 
     line(key, fmt::format("[{}]", fmt::join(entries, ", ")), comment);
     return;
   }
-  remark("", comment);
+  remark(comment);
   document += fmt::format("{} = [\n", key);
   for (const std::string& entry : entries) document += fmt::format("  {},\n", entry);
   document += "]\n";
 }
 
-void TomlWriter::remark(const std::string& what, const char* comment) {
-  if (is_inline_ || (what.empty() && *comment == '\0')) return;
-  document += fmt::format("# {}{}\n", what, comment);
+void TomlWriter::remark(std::string_view text) {
+  while (!is_inline_ && !text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    document += end == 0 ? "#\n" : fmt::format("# {}\n", text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
 }
 
 }  // namespace alces::settings

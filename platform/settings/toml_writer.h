@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -18,6 +19,8 @@ namespace alces::settings {
 
 class TomlWriter {
  public:
+  /// Lines of their own.
+  void remark(std::string_view text);
   /// A comment may have several lines.
   void table(const char* name, const char* comment);
 
@@ -29,7 +32,9 @@ class TomlWriter {
   void hex(const char* key, const T& value, double, const char* comment) {
     line(key, fmt::format("0x{:X}", value), comment);
   }
-  void flag(const char* key, bool value, const char* comment) { line(key, value ? "true" : "false", comment); }
+  void flag(const char* key, bool value, const char* comment) {
+    line(key, value ? "true" : "false", comment);
+  }
   template <typename Enum>
   void choice(const char* key, const Enum& value, const Names<Enum>& names, const char* comment) {
     for (const auto& [name, named] : names) {
@@ -47,7 +52,8 @@ class TomlWriter {
     line(key, fmt::format("[{}]", fmt::join(values, ", ")), comment);
   }
   template <typename Row, typename VisitRow>
-  void rows(const char* key, const std::vector<Row>& rows, std::size_t, VisitRow visit_row, const char* comment) {
+  void rows(const char* key, const std::vector<Row>& rows, std::size_t, VisitRow visit_row,
+            const char* comment) {
     std::vector<std::string> texts;
     for (const Row& row : rows) texts.push_back(inline_table(row, visit_row));
     list(key, texts, comment);
@@ -55,10 +61,10 @@ class TomlWriter {
   template <typename Row, typename VisitRow>
   void optional_row(const char* key, const Row& row, bool is_there, VisitRow visit_row, const char* comment) {
     if (!is_there) {
-      remark(fmt::format("{} = none  ", key), comment);
+      remark(fmt::format("{}: none. {}", key, comment));
       return;
     }
-    remark("", comment);
+    remark(comment);
     line(key, inline_table(row, visit_row), "");
   }
 
@@ -79,9 +85,6 @@ class TomlWriter {
   [[nodiscard]] static std::string quoted(const std::string& text);
   void line(const char* key, const std::string& value, const char* comment);
   void list(const char* key, const std::vector<std::string>& entries, const char* comment);
-  /// A line of its own; none when both are empty.
-  void remark(const std::string& what, const char* comment);
-
   bool is_inline_ = false;
 };
 

@@ -24,7 +24,7 @@ struct Wire {
   enum Kind { edge, position, lost, tick } kind = tick;
   std::int64_t arrives_ns = 0;
   std::int64_t stamp_ns = 0;
-  Edge line;
+  GpioEdge line;
   std::int32_t counts = 0;
   std::uint32_t lost_count = 0;
 };

@@ -93,7 +93,7 @@ TEST_CASE("edges of a simulated chip come as events, in order, with the time the
   std::int64_t last_ns = before_ns;
   std::uint32_t sequence = 0;
   for (const auto& kept : edges) {
-    const Edge& edge = kept.event.edge;
+    const GpioEdge& edge = kept.event.edge;
     order += edge.line == 4 ? "I" : (edge.is_rising ? "r" : "f");
     CHECK((edge.line == 3 || edge.line == 4));
     CHECK(kept.event.stamp_ns >= last_ns);

@@ -310,7 +310,7 @@ TEST_CASE("the encoder's edges come where the head passes their angles") {
     run.recorder.all.clear();
     run.go(time_s);
     for (const Heard& heard : run.recorder.of(EventKind::edge)) {
-      const Edge& edge = heard.event.edge;
+      const GpioEdge& edge = heard.event.edge;
       REQUIRE(edge.sequence == ++counts[edge.line]);
       const double angle = run.rig.head_angle_rad(heard.event.stamp_ns);
       const double turns = angle / (2 * std::numbers::pi);
@@ -705,7 +705,7 @@ TEST_CASE("faults on the GPIO lines are what they are called") {
     run.go(4);
     int a_level = -1, wrong = 0, right = 0;
     for (const Heard& heard : run.recorder.of(EventKind::edge)) {
-      const Edge& edge = heard.event.edge;
+      const GpioEdge& edge = heard.event.edge;
       if (edge.line == 1) a_level = edge.is_rising ? 1 : 0;
       if (edge.line == 2 && a_level >= 0) ++(edge.is_rising == (a_level == 1) ? right : wrong);
     }

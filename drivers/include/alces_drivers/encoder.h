@@ -151,7 +151,7 @@ class Encoder final : public HeadAngle {
   /// The configuration must be one that problem() finds nothing wrong with.
   Encoder(const EncoderConfig& config, NoticePort& notices);
 
-  void on_edge(const Edge& edge, std::int64_t stamp_ns);
+  void on_edge(const GpioEdge& edge, std::int64_t stamp_ns);
   /// `count` edges are missing from the lines, 0: nobody knows how many.
   void on_edges_lost(std::uint32_t count, std::int64_t stamp_ns);
   void on_drive_position(std::int32_t counts, std::int64_t stamp_ns);
@@ -213,8 +213,8 @@ class Encoder final : public HeadAngle {
   // encoder.cpp: what comes in, time, nodes
   [[nodiscard]] bool is_stamp_good(std::int64_t stamp_ns);
   void begin_anew();
-  void on_quadrature_edge(Quadrature::Line line, const Edge& edge, std::int64_t stamp_ns);
-  void note_sequence(std::size_t slot, const Edge& edge, std::int64_t stamp_ns);
+  void on_quadrature_edge(Quadrature::Line line, const GpioEdge& edge, std::int64_t stamp_ns);
+  void note_sequence(std::size_t slot, const GpioEdge& edge, std::int64_t stamp_ns);
   void count_lost(std::uint32_t count, std::int64_t stamp_ns);
   void break_quadrature();
   void push_shape(std::int64_t stamp_ns, double shape_rad);

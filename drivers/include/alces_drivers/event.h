@@ -35,7 +35,7 @@ struct Event {
   std::uint8_t channel = 0;
   bool is_up = false;
   std::uint32_t lost_count = 0;
-  Edge edge;
+  GpioEdge edge;
   CanFrame frame;
   std::span<const std::uint8_t> bytes;  ///< the caller's, valid during the call
 };

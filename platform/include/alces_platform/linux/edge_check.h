@@ -20,14 +20,14 @@ class EdgeCheck {
   explicit EdgeCheck(bool has_both = true) : has_both_(has_both) {}
 
   /// To be told of every edge. Nothing: none is missing before it. 0: some are, how many is not known.
-  [[nodiscard]] std::optional<std::uint32_t> missing_before(const Edge& edge);
+  [[nodiscard]] std::optional<std::uint32_t> missing_before(const GpioEdge& edge);
   /// The line was requested anew; or, without numbers, a loss has been reported already.
   void restart() { is_known_ = false; }
 
  private:
   bool has_both_;
   bool is_known_ = false;  ///< last_ is an edge
-  Edge last_;
+  GpioEdge last_;
 };
 
 /// The monotonic time of an edge's stamp, read at `now_ns`. Kernels before 5.7 stamp with CLOCK_REALTIME,

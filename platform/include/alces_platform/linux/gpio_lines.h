@@ -25,7 +25,7 @@ namespace alces {
 struct GpioConfig {
   const char* chip = "gpiochip0";        ///< copied
   std::span<const GpioLine> lines = {};  ///< copied, at most GpioRequest::line_capacity
-  std::uint8_t first_line = 0;  ///< Edge::line of the first; for lines on several chips, one GpioLines each
+  std::uint8_t first_line = 0;  ///< GpioEdge::line of the first; for lines on several chips, one GpioLines each
   const char* consumer = "alces";  ///< what gpioinfo shows
 };
 

@@ -27,7 +27,7 @@ struct GpioLine {
 /// As the kernel hands it on.
 struct StampedEdge {
   std::int64_t stamp_ns = 0;
-  Edge edge;
+  GpioEdge edge;
 };
 
 class GpioRequest {
@@ -60,7 +60,7 @@ class GpioRequest {
   [[nodiscard]] std::size_t descriptor_count() const;
   [[nodiscard]] int descriptor(std::size_t index) const;
 
-  /// What waits on one descriptor, oldest first, without blocking; `edges` holds read_capacity. Edge::line
+  /// What waits on one descriptor, oldest first, without blocking; `edges` holds read_capacity. GpioEdge::line
   /// counts from 0 within this request. -1: errno says why.
   [[nodiscard]] int read(std::size_t index, std::span<StampedEdge> edges);
 

@@ -1,5 +1,5 @@
-// The one list of a mapper's keys: their tables, names, ranges and comments, shared by all that reads or writes
-// them (map.toml, vehicle.toml, run.json). A visitor has
+// The one list of a mapper's keys: their tables, names, ranges and comments, shared by all that reads or
+// writes them (map.toml, vehicle.toml, run.json). A visitor has
 //   table(name, comment)
 //   number(key, value, least, most, comment)
 //   flag(key, value, comment)

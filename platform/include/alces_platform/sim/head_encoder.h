@@ -28,7 +28,7 @@ class HeadEncoder {
  public:
   struct Output {
     std::int64_t stamp_ns = 0;
-    Edge edge;
+    GpioEdge edge;
     std::uint32_t lost_count = 0;  ///< not 0: no edge, but so many were lost
   };
 
