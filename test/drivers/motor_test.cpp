@@ -579,6 +579,9 @@ TEST_CASE("fault: a PDO comes one beat late, after the next one; stamps still ri
   CHECK(bench.motor.counters().pdo.missed == 50);
   CHECK(bench.motor.counters().pdo.extra >= 49);
   CHECK(bench.motor.counters().pdo.extra <= 50);
+  const auto extra_count = std::count_if(bench.feedback.feedback.begin(), bench.feedback.feedback.end(),
+                                         [](const DriveFeedback& one) { return one.is_extra; });
+  CHECK(static_cast<std::uint64_t>(extra_count) == bench.motor.counters().pdo.extra);
   for (std::size_t entry = 1; entry < bench.feedback.feedback.size(); ++entry) {
     REQUIRE(bench.feedback.feedback[entry].stamp_ns > bench.feedback.feedback[entry - 1].stamp_ns);
   }
@@ -852,6 +855,9 @@ TEST_CASE("configurations that cannot work are refused with the reason") {
           c.rpdos[0].entries = {{0x6040, 0, 16}, {0x60FF, 0, 32}, {0x607A, 0, 16}};
         }) == Status::foreign_in_rpdos);
   CHECK(status([](MotorConfig& c) { c.tpdos[0].transmission_type = 255; }) == Status::pdo_never_comes);
+  CHECK(status([](MotorConfig& c) { c.tpdos[1].transmission_type = 0; }) == Status::pdo_never_comes);
+  CHECK(status([](MotorConfig& c) { c.tpdos[1].transmission_type = 20; }) == Status::pdo_timeout_too_short);
+  CHECK(status([](MotorConfig& c) { c.sync.period_ns = 200 * ns_per_ms; }) == Status::pdo_timeout_too_short);
   CHECK(status([](MotorConfig& c) { c.target_velocity_units = 0; }) == Status::bad_speed);
   CHECK(status([](MotorConfig& c) { c.target_velocity_units = INT32_MIN; }) == Status::ok);
   CHECK(status([](MotorConfig& c) { c.velocity_tolerance_units = 4000; }) == Status::bad_speed);

@@ -43,7 +43,7 @@
 
 namespace alces {
 
-class Motor final : public canopen::NodeDriver {
+class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-virtual-class-destructor): final
  public:
   struct Counters {
     std::uint64_t starts = 0;            ///< start() that began something
