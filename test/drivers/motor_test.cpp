@@ -913,6 +913,11 @@ TEST_CASE("configurations that cannot work are refused with the reason") {
           c.tpdos = {c.tpdos[0], c.tpdos[0], c.tpdos[0], c.tpdos[0], c.tpdos[0]};
         }) == Status::table_overflow);
   CHECK(status([](MotorConfig& c) { c.tpdos[0].entries = {}; }) == Status::bad_pdo);
+  CHECK(status([](MotorConfig& c) { c.rpdos_to_disable = {c.rpdos[0]}; }) == Status::ok);
+  CHECK(status([](MotorConfig& c) {
+          c.rpdos_to_disable = {c.rpdos[0]};
+          c.rpdos_to_disable[0].number = 0;
+        }) == Status::bad_pdo);
   CHECK(status([](MotorConfig& c) { c.tpdos[1].number = 1; }) == Status::same_cob_id);
   CHECK(status([](MotorConfig& c) { c.tpdos = {c.tpdos[0]}; }) == Status::missing_in_tpdos);
   CHECK(status([](MotorConfig& c) { c.rpdos[0].entries = {{0x6040, 0, 16}}; }) == Status::missing_in_rpdos);

@@ -27,6 +27,14 @@ bool are_valid(const Pdos& pdos, PdoDirection direction, std::uint8_t node) {
                              [&](const PdoConfig& pdo) { return canopen::is_valid(pdo, direction, node); });
 }
 
+/// Those to disable need no mapping.
+bool are_addressable(const Pdos& pdos) {
+  return std::ranges::all_of(pdos, [](const PdoConfig& pdo) {
+    return pdo.number >= 1 && pdo.number <= 512 && (pdo.cob_id != 0 || pdo.number <= 4) &&
+           pdo.cob_id <= 0x7FF;
+  });
+}
+
 bool share_cob_id(const MotorConfig& config) {
   FixedTable<std::uint16_t, 2 * MotorConfig::maximum_pdos> used;
   const auto is_new = [&used](std::uint16_t cob_id) {
@@ -129,7 +137,8 @@ MotorConfigStatus check(const MotorConfig& config) {
     return Status::bad_write;
   }
   if (!are_valid(config.tpdos, PdoDirection::from_node, config.node) ||
-      !are_valid(config.rpdos, PdoDirection::to_node, config.node)) {
+      !are_valid(config.rpdos, PdoDirection::to_node, config.node) ||
+      !are_addressable(config.tpdos_to_disable) || !are_addressable(config.rpdos_to_disable)) {
     return Status::bad_pdo;
   }
   if (share_cob_id(config)) return Status::same_cob_id;
