@@ -285,6 +285,17 @@ TEST_CASE("a value that jumps is not believed, unless it stays") {
   CHECK(odometry->pose_at(stamp(4000)).odometry_from_body.translation_m.x() == Approx(9.9).margin(0.2));
 }
 
+TEST_CASE("wild values that do not agree with each other are never believed, however many") {
+  NoticeLog log;
+  auto odometry = std::make_unique<Odometry>(wheels_config(), log);
+  const auto straight = [](double) { return Twist{1.0, {0, 0, 0}}; };
+  drive_wheels(*odometry, straight, 0, 1000);
+  for (int i = 0; i < 10; ++i)
+    odometry->on_frame(wheels_frame(i % 2 * 5 + 5, i % 2 * 5 + 5), stamp(1000 + i * 20));
+  CHECK(odometry->counters().jumps == 20);
+  CHECK(odometry->counters().jumps_believed == 0);
+}
+
 TEST_CASE("the same frame again and again while moving is a frozen sender") {
   NoticeLog log;
   auto odometry = std::make_unique<Odometry>(wheels_config(), log);

@@ -347,6 +347,22 @@ TEST_CASE("profiles of a lost angle are dropped at once") {
   }
 }
 
+TEST_CASE("a scan is incomplete though only its very first profile was dropped") {
+  const bool is_lost = GENERATE(false, true);
+  World world;
+  world.head.angle_rad = [](double t_s) { return speed_rad_s * t_s; };
+  world.config.boundary_tolerance_rad = 0.3;
+  if (is_lost) {
+    world.head.lost_from_ns = begin_ns;
+    world.head.lost_to_ns = begin_ns + profile_ns;
+  }
+  world.make();
+  world.run(0, 3);
+  REQUIRE(world.keeper.scans.size() == 2);
+  CHECK(world.keeper.scans[0].scan.is_incomplete == is_lost);
+  CHECK_FALSE(world.keeper.scans[1].scan.is_incomplete);
+}
+
 TEST_CASE("when there is no room the oldest profile is given up") {
   World world;
   world.config.capacity.waiting_profiles = 16;
