@@ -140,7 +140,7 @@ TEST_CASE("NMT, SYNC, TIME, EMCY, LSS and what is none of CANopen's") {
   CHECK(bus.explain(frame("000#9901")).is_abnormal);
   CHECK(words(bus, "080#") == "SYNC");
   CHECK(words(bus, "080#07") == "SYNC, counter 7");
-  CHECK(words(bus, "100#E8030000B606") == "TIME: 1988-09-13 00:00:01.000");
+  CHECK(words(bus, "100#E8030000B606") == "TIME: 1988-09-14 00:00:01.000");
   CHECK(words(bus, "100#00000000FFFF") == "TIME: 2163-06-06 00:00:00.000");
   CHECK(bus.explain(frame("100#00")).is_abnormal);
   CHECK(words(bus, "085#1023030000000000") ==
