@@ -286,6 +286,16 @@ TEST_CASE("PDOs are decoded by the DCF's mapping, and by what the trace sets up"
   CHECK_THAT(words(bus, "184#40060000"), Catch::Contains("Oven: Heat 0"));  // as at power-on
 }
 
+TEST_CASE("a PDO that moved is known without a DCF, whichever its number") {
+  CanExplainer bus;
+  for (const char* text : {"604#23021A0120006460", "584#60021A0100000000", "604#2F021A0001000000",
+                           "584#60021A0000000000", "604#23021801F1010000", "584#6002180100000000"}) {
+    CHECK_FALSE(bus.explain(frame(text)).is_abnormal);
+  }
+  CHECK(words(bus, "1F1#FEFFFFFF") == "TPDO3 of node 4: position actual value -2");
+  CHECK(words(bus, "1F2#00") == "TPDO1 of node 114: mapping not known, 00");
+}
+
 TEST_CASE("a fault told by a statusword stands out once") {
   CanExplainer bus(dictionary(small_dcf), 4);
   CHECK_FALSE(bus.explain(frame("184#37060000")).is_abnormal);
