@@ -144,6 +144,26 @@ struct CanExplainer::Node {
     std::erase_if(learned, [&](const auto& item) { return is_whole_node || item.first >> 8 < 0x2000; });
     for (const auto& item : saved) learned.insert_or_assign(item.first, item.second);
     sdo.reset();
+    pdo_ids_are_known = false;
+  }
+  /// The PDO that is on and has this identifier, as its communication object.
+  [[nodiscard]] std::optional<std::uint16_t> pdo_with(std::uint32_t id) {
+    if (!pdo_ids_are_known) find_pdo_ids();
+    const auto pdo = pdo_ids.find(id);
+    if (pdo == pdo_ids.end()) return std::nullopt;
+    return pdo->second;
+  }
+  void find_pdo_ids() {
+    pdo_ids_are_known = true;
+    pdo_ids.clear();
+    for (const std::uint16_t base : {transmit_communication, receive_communication}) {
+      for (std::uint16_t pdo = 0; pdo < pdo_limit; ++pdo) {
+        const auto communication = static_cast<std::uint16_t>(base + pdo);
+        const auto id = value(communication, 1);
+        if (id && (*id & off_bit) == 0)
+          pdo_ids.try_emplace(static_cast<std::uint32_t>(*id & 0x7FF), communication);
+      }
+    }
   }
 
   std::uint8_t number;
@@ -152,6 +172,8 @@ struct CanExplainer::Node {
   SdoConversation sdo;
   Values learned;  ///< read or written in the trace
   Values saved;
+  std::map<std::uint32_t, std::uint16_t> pdo_ids;  ///< made anew when an object it depends on changes
+  bool pdo_ids_are_known = false;
   std::optional<unsigned> nmt_state;
   bool was_seen = false;
   bool expects_boot_up = false;
@@ -315,6 +337,8 @@ CanExplanation CanExplainer::explain_sdo(const CanFrame& frame) {
 void CanExplainer::learn(Node& node, std::uint16_t index, std::uint8_t sub, std::int64_t value,
                          CanExplanation& explanation) {
   node.learned[key_of(index, sub)] = value;
+  const std::uint16_t base = index & 0xFE00;
+  if (base == receive_communication || base == transmit_communication) node.pdo_ids_are_known = false;
   if (index != 0x6041) return;
   const bool is_faulty = is_drive_fault(static_cast<unsigned>(value & 0xFFFF));
   if (is_faulty && !node.is_faulty) explanation.is_abnormal = true;
@@ -375,28 +399,18 @@ CanExplanation CanExplainer::explain_remote(const CanFrame& frame) {
 std::optional<CanExplanation> CanExplainer::explain_pdo(const CanFrame& frame) {
   const auto predefined = predefined_pdo(frame.id);
   const auto predefined_node = static_cast<std::uint8_t>(frame.id & 0x7F);
-  if (predefined) static_cast<void>(node(predefined_node));
   // A COB-ID that a node is known to have; its own by the predefined set before others'.
-  const auto has_id = [&](const Node& owner, std::uint16_t communication, bool is_on) {
-    const auto id = owner.value(communication, 1);
-    return id && static_cast<std::uint32_t>(*id & 0x7FF) == frame.id && ((*id & off_bit) == 0) == is_on;
-  };
-  if (predefined && has_id(node(predefined_node), *predefined, true)) {
-    return decode_pdo(node(predefined_node), *predefined, frame, false);
+  Node* own = predefined ? &node(predefined_node) : nullptr;
+  if (own != nullptr) {
+    if (const auto pdo = own->pdo_with(frame.id)) return decode_pdo(*own, *pdo, frame, false);
   }
   for (const auto& item : nodes_) {
-    for (const std::uint16_t base : {transmit_communication, receive_communication}) {
-      for (std::uint16_t pdo = 0; pdo < pdo_limit; ++pdo) {
-        const auto communication = static_cast<std::uint16_t>(base + pdo);
-        if (!item.second->value(communication, 1)) break;
-        if (has_id(*item.second, communication, true))
-          return decode_pdo(*item.second, communication, frame, false);
-      }
-    }
+    if (const auto pdo = item.second->pdo_with(frame.id)) return decode_pdo(*item.second, *pdo, frame, false);
   }
-  if (!predefined) return std::nullopt;
-  return decode_pdo(node(predefined_node), *predefined, frame,
-                    has_id(node(predefined_node), *predefined, false));
+  if (own == nullptr) return std::nullopt;
+  const std::int64_t id = own->value(*predefined, 1).value_or(0);
+  const bool is_off = (id & off_bit) != 0 && static_cast<std::uint32_t>(id & 0x7FF) == frame.id;
+  return decode_pdo(*own, *predefined, frame, is_off);
 }
 
 CanExplanation CanExplainer::decode_pdo(Node& node, std::uint16_t communication, const CanFrame& frame,

@@ -151,7 +151,8 @@ class ObjectDictionaryFileParser {
     if (section_ == "deviceinfo") {
       result_.vendor_ = text_of("vendorname");
       result_.product_ = text_of("productname");
-    } else if (section_ == "devicecommissioning") {
+    } else if (section_ == "devicecomissioning" ||
+               section_ == "devicecommissioning") {  // the standard has one m
       read_node();
     } else if (section_.size() >= 4) {
       if (const auto index = hexadecimal(std::string_view(section_).substr(0, 4))) {

@@ -335,7 +335,7 @@ void CanopenSlave::advance(std::int64_t now_ns) {
     if (boot_due_ns_ <= now_ns_) boot();
     if (heartbeat_due_ns_ <= now_ns_) {
       if (!heartbeat_is_silent_) send_byte(0x700U + config_.node, heartbeat_byte());
-      heartbeat_due_ns_ += heartbeat_period_ns();
+      heartbeat_due_ns_ = heartbeat_period_ns() > 0 ? heartbeat_due_ns_ + heartbeat_period_ns() : never_ns;
     }
     if (consumer_due_ns_ <= now_ns_) heartbeat_lost();
     if (cycle_due_ns_ <= now_ns_) {

@@ -140,7 +140,7 @@ TEST_CASE("NMT, SYNC, TIME, EMCY, LSS and what is none of CANopen's") {
   CHECK(bus.explain(frame("000#9901")).is_abnormal);
   CHECK(words(bus, "080#") == "SYNC");
   CHECK(words(bus, "080#07") == "SYNC, counter 7");
-  CHECK(words(bus, "100#E8030000B606") == "TIME: 1988-09-13 00:00:01.000");
+  CHECK(words(bus, "100#E8030000B606") == "TIME: 1988-09-14 00:00:01.000");
   CHECK(words(bus, "100#00000000FFFF") == "TIME: 2163-06-06 00:00:00.000");
   CHECK(bus.explain(frame("100#00")).is_abnormal);
   CHECK(words(bus, "085#1023030000000000") ==
@@ -284,6 +284,16 @@ TEST_CASE("PDOs are decoded by the DCF's mapping, and by what the trace sets up"
   CHECK(words(bus, "1F0#D2FFFFFF") == "TPDO1 of node 4: velocity actual value -46");
   static_cast<void>(bus.explain(frame("000#8204")));
   CHECK_THAT(words(bus, "184#40060000"), Catch::Contains("Oven: Heat 0"));  // as at power-on
+}
+
+TEST_CASE("a PDO that moved is known without a DCF, whichever its number") {
+  CanExplainer bus;
+  for (const char* text : {"604#23021A0120006460", "584#60021A0100000000", "604#2F021A0001000000",
+                           "584#60021A0000000000", "604#23021801F1010000", "584#6002180100000000"}) {
+    CHECK_FALSE(bus.explain(frame(text)).is_abnormal);
+  }
+  CHECK(words(bus, "1F1#FEFFFFFF") == "TPDO3 of node 4: position actual value -2");
+  CHECK(words(bus, "1F2#00") == "TPDO1 of node 114: mapping not known, 00");
 }
 
 TEST_CASE("a fault told by a statusword stands out once") {

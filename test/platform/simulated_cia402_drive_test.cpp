@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -734,7 +735,7 @@ TEST_CASE("polling often or seldom gives the same frames") {
 // --- against the real node ---
 
 TEST_CASE("the recorded requests to a real TMCM-1636 get the answers that it gave") {
-  const std::string path = std::string(ALCES_SHARED_DATA) + "/can/tmcm1636/candump.txt";
+  const std::filesystem::path path = ALCES_SHARED_DATA "/can/tmcm1636/candump.txt";
   std::ifstream file(path);
   if (!file) {
     WARN("skipped: " << path << " is not there");
@@ -799,11 +800,11 @@ TEST_CASE("the simulated dictionaries are those of the EDS files") {
     ObjectDictionary objects;
     std::size_t least;
   };
-  const File files[] = {{"/can/tmcm1636/TMCM-1636-CANopen.dcf", tmcm1636_objects(1), 146},
-                        {"/can/eds/MaxonEPOS4_cern.eds", epos4_objects(1), 100}};
+  const File files[] = {{"can/tmcm1636/TMCM-1636-CANopen.dcf", tmcm1636_objects(1), 146},
+                        {"can/eds/MaxonEPOS4_cern.eds", epos4_objects(1), 100}};
   for (const File& item : files) {
     CAPTURE(item.name);
-    std::ifstream file(std::string(ALCES_SHARED_DATA) + item.name);
+    std::ifstream file(std::filesystem::path(ALCES_SHARED_DATA) / item.name);
     if (!file) {
       WARN("skipped: " << item.name << " is not there");
       continue;

@@ -2,11 +2,12 @@
 // of device, a DCF one device as it was configured (its node number, and ParameterValues beside the
 // DefaultValues).
 //
-// Read: [FileInfo]'s and [DeviceInfo]'s names, [DeviceCommissioning]'s NodeID, the objects [1018],
-// [1018sub1], ..., CompactSubObj with its [1018Name] and [1018Value] lists, $NODEID in values, comments,
-// CRLF, any case. Passed over: what else a section says (ObjFlags, limits, lists of supported objects,
-// modules, dummies, CompactPDO). What is odd but harmless (a value that is no number, an object twice, an
-// object without a type) becomes a warning; what is no EDS at all, an InputError that names the line.
+// Read: [FileInfo]'s and [DeviceInfo]'s names, [DeviceComissioning]'s NodeID (spelt with one m or two), the
+// objects [1018], [1018sub1], ..., CompactSubObj with its [1018Name] and [1018Value] lists, $NODEID in
+// values, comments, CRLF, any case. Passed over: what else a section says (ObjFlags, limits, lists of
+// supported objects, modules, dummies, CompactPDO). What is odd but harmless (a value that is no number, an
+// object twice, an object without a type) becomes a warning; what is no EDS at all, an InputError that names
+// the line.
 #pragma once
 
 #include <cstddef>
