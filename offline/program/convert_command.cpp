@@ -65,7 +65,7 @@ TraceOptions trace_options(const Options& options) {
   for (const std::string& text : options.clock_offsets) {
     const std::size_t equals = text.rfind('=');
     std::size_t end = 0;
-    double offset_s = NAN;
+    double offset_s = 0;
     if (equals != std::string::npos && equals > 0) {
       try {
         offset_s = std::stod(text.substr(equals + 1), &end);

@@ -1,7 +1,7 @@
 #!/bin/sh
 # check_can_utils.sh MAKE_RECORDING ALCES WORK: a recording, converted to candump's form, read by can-utils' log2asc: the
-# frames that it shows are those that were recorded. canplayer, which needs a CAN interface, must at least take the file. 77,
-# with a sentence: can-utils is not installed.
+# frames that it shows are those that were recorded. (canplayer reads the same lines, but needs a kernel with CAN.)
+# 77, with a sentence: can-utils is not installed.
 set -eu
 make_recording=$1
 alces=$2

@@ -1,0 +1,163 @@
+// alces convert as a script sees it: files, exit status, one sentence on stderr.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "temporary_folder.h"
+
+namespace alces::offline {
+namespace {
+
+struct Outcome {
+  int status = 0;
+  std::string out;
+  std::string err;
+};
+
+Outcome convert(const TemporaryFolder& folder, const std::string& arguments) {
+  std::string command = "cd '" + folder.path().string();
+  command += "' && '" ALCES_PROGRAM "' convert ";
+  command += arguments;
+  command += " >stdout.txt 2>stderr.txt </dev/null";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "stdout.txt"),
+          content_of(folder / "stderr.txt")};
+}
+
+bool is_one_sentence(const std::string& text) {
+  return text.rfind("alces: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
+}
+
+/// A foreign drive of three traces, on one clock.
+void write_traces(const TemporaryFolder& folder) {
+  folder.write("traces/candump-2015-07-10_081732.log",
+               "(0000000010.000100) can0 701#00\n(0000000010.020000) can0 123##1AABB\n"
+               "(0000000010.030000) can1 12345678#R2\n");
+  folder.write("traces/gpio.txt",
+               "event:  RISING EDGE offset: 1 timestamp: [      10.010000001]\n"
+               "event: FALLING EDGE offset: 1 timestamp: [      10.015000001]\n");
+  folder.write("traces/laser_a.bin", std::string("\x02\x80\x00\xff\x0a", 5));
+  folder.write("traces/laser_a.times", "10012345678 2\n10025000000 3\n");
+  folder.write("traces/vehicle.toml", "[laser_a]\nmake = \"LMS 291\"\n");
+}
+
+TEST_CASE("foreign traces become a recording, and that the traces of can-utils and libgpiod") {
+  const TemporaryFolder folder;
+  write_traces(folder);
+  const Outcome forth = convert(folder, "traces drive.mcap");
+  INFO(forth.err);
+  CHECK(forth.status == 0);
+  CHECK(forth.err.empty());
+  CHECK_THAT(forth.out, Catch::Contains("traces -> drive.mcap: 10 events"));  // 7, and 3 ticks in 30 ms
+  CHECK_FALSE(std::filesystem::exists(folder / "drive.mcap.part"));
+
+  const Outcome back = convert(folder, "drive.mcap back --gpiomon 1");
+  CHECK(back.status == 0);
+  CHECK(back.err.empty());
+  CHECK(content_of(folder / "back/can0.log") ==
+        "(0000000010.000100) can0 701#00 R\n(0000000010.020000) can0 123##1AABB R\n");
+  CHECK(content_of(folder / "back/can1.log") == "(0000000010.030000) can1 12345678#R2 R\n");
+  CHECK(content_of(folder / "back/gpio.txt") == content_of(folder / "traces/gpio.txt"));
+  CHECK(content_of(folder / "back/laser_a.bin") == content_of(folder / "traces/laser_a.bin"));
+  CHECK(content_of(folder / "back/laser_a.times") == content_of(folder / "traces/laser_a.times"));
+  CHECK(content_of(folder / "back/vehicle.toml") == content_of(folder / "traces/vehicle.toml"));
+}
+
+TEST_CASE("a recording goes to traces and back without a byte changed") {
+  const TemporaryFolder folder;
+  write_traces(folder);
+  REQUIRE(convert(folder, "traces first.mcap").status == 0);
+  REQUIRE(convert(folder, "first.mcap folder").status == 0);
+  REQUIRE(convert(folder, "folder second.mcap").status == 0);
+  CHECK(content_of(folder / "first.mcap") == content_of(folder / "second.mcap"));
+  CHECK(content_of(folder / "first.mcap").size() > 1000);
+  REQUIRE(convert(folder, "first.mcap third.mcap").status == 0);
+  CHECK(content_of(folder / "first.mcap") == content_of(folder / "third.mcap"));
+}
+
+TEST_CASE("an older folder of traces is replaced, not mixed") {
+  const TemporaryFolder folder;
+  write_traces(folder);
+  folder.write("out/can3.log", "(1.0) can3 123#\n");
+  folder.write("out/notes.md", "mine\n");
+  REQUIRE(convert(folder, "traces out").status == 0);
+  CHECK_FALSE(std::filesystem::exists(folder / "out/can3.log"));
+  CHECK(std::filesystem::exists(folder / "out/notes.md"));
+}
+
+TEST_CASE("single traces go both ways") {
+  const TemporaryFolder folder;
+  write_traces(folder);
+  REQUIRE(convert(folder, "traces drive.mcap").status == 0);
+  const Outcome log = convert(folder, "drive.mcap all.log");
+  CHECK(log.status == 0);
+  CHECK_THAT(log.out, Catch::Contains("3 events, 4 of other kinds left out"));
+  CHECK(convert(folder, "drive.mcap laser_a_only.bin").status == 0);
+  CHECK(content_of(folder / "laser_a_only.bin").size() == 5);
+  folder.write("screen.txt", "  can0  181   [2]  21 04\n  can0  181   [2]  22 04\n");
+  CHECK(convert(folder, "screen.txt screen.mcap").status == 0);
+}
+
+TEST_CASE("a recording that was cut becomes a whole one, with a warning that names the byte") {
+  const TemporaryFolder folder;
+  write_traces(folder);
+  REQUIRE(convert(folder, "traces drive.mcap").status == 0);
+  const std::string whole = content_of(folder / "drive.mcap");
+  folder.write("cut.mcap", whole.substr(0, whole.size() / 2));
+  const Outcome outcome = convert(folder, "cut.mcap repaired.mcap");
+  INFO(outcome.err);
+  CHECK(((outcome.status == 0 && std::filesystem::exists(folder / "repaired.mcap")) ||
+         (outcome.status == 3 && !std::filesystem::exists(folder / "repaired.mcap"))));
+  CHECK_THAT(outcome.err, Catch::Contains("cut.mcap: byte ") && Catch::Contains("cut within"));
+}
+
+TEST_CASE(
+    "wrong calls are status 2, wrong input 3, output that cannot be written 5; each says so in one "
+    "sentence") {
+  const TemporaryFolder folder;
+  write_traces(folder);
+  folder.write("empty/notes.md", "");
+  folder.write("noise.log", "no frame\n");
+  folder.write("noise.mcap", "no recording\n");
+  folder.write("blocked", "a file");
+  REQUIRE(convert(folder, "traces drive.mcap").status == 0);
+  for (const char* arguments : {"traces", "drive.mcap drive.mcap", "traces out.mcap --clock-offset gpio.txt",
+                                "traces out.mcap --clock-offset gpio.txt=soon", "traces out.mcap --gpiomon 3",
+                                "traces out.mcap --baud 0", "traces out.mcap --stamps never"}) {
+    const Outcome outcome = convert(folder, arguments);
+    INFO(arguments << ": " << outcome.err);
+    CHECK(outcome.status == 2);
+    CHECK_THAT(outcome.err, Catch::Contains("--help'"));
+  }
+  for (const char* arguments :
+       {"nowhere out.mcap", "empty out.mcap", "noise.mcap out.mcap", "noise.mcap out",
+        "traces out.mcap --clock-offset typo.txt=1", "traces out.mcap --clock-offset gpio.txt=1e9"}) {
+    const Outcome outcome = convert(folder, arguments);
+    INFO(arguments << ": " << outcome.err);
+    CHECK(outcome.status == 3);
+    CHECK(is_one_sentence(outcome.err));
+    CHECK_FALSE(std::filesystem::exists(folder / "out.mcap"));
+  }
+  CHECK(convert(folder, "noise.log out.mcap").status == 3);
+  for (const char* arguments : {"traces /proc/out.mcap", "traces blocked/out.mcap", "traces blocked",
+                                "drive.mcap out.xyz", "drive.mcap what.bin"}) {
+    const Outcome outcome = convert(folder, arguments);
+    INFO(arguments << ": " << outcome.err);
+    CHECK(outcome.status == 5);
+    CHECK(is_one_sentence(outcome.err));
+  }
+}
+
+TEST_CASE("clocks that differ are related by an offset, or by their starts") {
+  const TemporaryFolder folder;
+  folder.write("traces/can0.log", "(1436509052.000000) can0 181#11\n(1436509053.000000) can0 181#12\n");
+  folder.write("traces/gpio.txt", "1608.000000000\trising\tgpiochip0 0\n");
+  CHECK(convert(folder, "traces out.mcap").status == 3);
+  CHECK(convert(folder, "traces out.mcap --clock-offset can0.log=-1436507444").status == 0);
+  CHECK(convert(folder, "traces out.mcap --align-starts").status == 0);
+}
+
+}  // namespace
+}  // namespace alces::offline
