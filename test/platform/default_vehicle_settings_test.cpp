@@ -1,6 +1,9 @@
 // The default vehicle is the simulated one: its numbers are written down twice, and must agree.
 #include <catch2/catch.hpp>
+#include <memory>
 #include <numbers>
+#include <span>
+#include <vector>
 
 #include "alces_platform/settings/vehicle_settings.h"
 #include "alces_platform/sim/simulated_scanner.h"
@@ -91,4 +94,49 @@ TEST_CASE("what the default vehicle writes to its drive is in the simulated driv
     REQUIRE(entry != nullptr);
     CHECK((static_cast<std::uint32_t>(entry->default_value) & check.mask) == check.value);
   }
+}
+
+TEST_CASE("the default vehicle's scanner gets whole scans from the simulated one") {
+  struct Scans final : ScanSink {
+    void on_scan(const Scan& scan) override {
+      ++count;
+      if (!scan.is_incomplete && scan.has_odometry) ++complete;
+    }
+    int count = 0;
+    int complete = 0;
+  } scans;
+  struct Notices final : NoticePort {
+    void raise(const Notice& notice) override {
+      if (notice.severity == Severity::error) FAIL_CHECK(notice.source << ": " << notice.text);
+    }
+  } notices;
+
+  sim::SimulatedScannerSettings scanner_settings;
+  scanner_settings.rig.is_parallel = false;
+  sim::SimulatedScanner simulated_scanner(scanner_settings);
+  sim::SimulatedRig& simulated_rig = simulated_scanner.rig();
+  const settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  const ScannerConfig& config = vehicle.scanner;
+  REQUIRE(simulated_rig.byte_port(2).set_baud_rate(vehicle.gps_baud));
+  REQUIRE(problem(config) == nullptr);
+  std::vector<std::byte> memory(Scanner::memory_required(config) + Arena::alignment);
+  void* start = memory.data();
+  std::size_t space = memory.size();
+  std::align(Arena::alignment, Scanner::memory_required(config), start, space);
+  AssemblerStatus status = AssemblerStatus::ok;
+  Scanner* const scanner =
+      Scanner::create({static_cast<std::byte*>(start), space}, config,
+                      {.can = &simulated_rig.can_port(),
+                       .lasers = {&simulated_rig.byte_port(0), &simulated_rig.byte_port(1)}},
+                      scans, notices, status);
+  REQUIRE(scanner != nullptr);
+  scanner->start();
+  const std::int64_t begin_ns = simulated_rig.now_ns();
+  for (int second = 1; second <= 60 && (scans.complete < 3 || scanner->gps().counters().fixes == 0); ++second)
+    simulated_rig.advance_to(begin_ns + second * ns_per_s, *scanner);
+  INFO(text(scanner->phase()) << ": " << scanner->reason() << ", " << scans.count << " scans");
+  CHECK(scans.complete >= 3);
+  CHECK(scanner->encoder().is_speed_in_tolerance());
+  CHECK(scanner->encoder().counters().index_relocks == 0);
+  CHECK(scanner->gps().counters().fixes > 0);
 }

@@ -52,8 +52,8 @@ struct VehicleSettings {
   std::string text;
 };
 
-/// A vehicle that answers to `alces simulate`'s: EPOS-like drive as node 1, index pulse on line 0, two LMS
-/// 291, wheels and gyro on CAN, GPS.
+/// A vehicle that answers to `alces simulate`'s: a TMCM-1636 as node 1 behind a gear of 60, index pulse on
+/// line 0, two LMS 291, wheels and gyro on CAN, GPS.
 [[nodiscard]] VehicleSettings default_vehicle_settings();
 
 /// Error, with the line, for unknown tables and keys, wrong types, and values that cannot be or do not go
