@@ -138,6 +138,7 @@ void Scanner::LaserSlot::on_profile(const Profile& profile) {
 void Scanner::Feedback::on_drive_feedback(const DriveFeedback& feedback) {
   const bool is_at_sync =
       scanner->config_.position_is_sampled_at_sync && feedback.sync_stamp_ns != no_stamp_ns;
+  if (is_at_sync && feedback.is_extra) return;  // of which beat is it? The next one will do
   scanner->encoder_.on_drive_position(feedback.position_counts,
                                       is_at_sync ? feedback.sync_stamp_ns : feedback.stamp_ns);
 }

@@ -21,7 +21,8 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (std::size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i)
     fmt::print(stderr, "alces: warning: {}\n", warnings[i]);
   if (warnings.size() > most_warnings)
-    fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n", warnings.size() - most_warnings);
+    fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n",
+               warnings.size() - most_warnings);
 }
 
 }  // namespace
@@ -33,8 +34,8 @@ std::vector<std::string> command_line() {
   return words;
 }
 
-void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out, ProgramFacts program,
-                   bool json, const std::function<nlohmann::json()>& describe) {
+void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
+                   ProgramFacts program, bool json, const std::function<nlohmann::json()>& describe) {
   prepare_map_folder(out);
   MapRun run(scans, request);
   const StopSignal stop;
@@ -46,7 +47,8 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
   print_warnings(run.warnings());
   if (run.mapper().scan_count() == 0) {
     if (run.problem()) throw Error(*run.problem());
-    throw InputError(fmt::format("none of the scans could be mapped ({}); nothing is written", scans.description()));
+    throw InputError(
+        fmt::format("none of the scans could be mapped ({}); nothing is written", scans.description()));
   }
   if (describe) program.drive = describe();
   nlohmann::json report;
@@ -59,8 +61,8 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
   fmt::print("{}", json ? report.dump(2) + "\n" : run_summary(run, report));
   if (run.problem()) {
     std::fflush(stdout);
-    throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(), run.mapper().scan_count(),
-                            out.string()),
+    throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),
+                            run.mapper().scan_count(), out.string()),
                 run.problem()->exit_status());
   }
 }

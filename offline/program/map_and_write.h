@@ -1,4 +1,5 @@
-// What `map` and `replay` share: a run of the mapper with a progress bar, and the map folder written at its end.
+// What `map` and `replay` share: a run of the mapper with a progress bar, and the map folder written at its
+// end.
 #pragma once
 
 #include <filesystem>
@@ -15,10 +16,10 @@ namespace alces::offline {
 /// As the program was called.
 [[nodiscard]] std::vector<std::string> command_line();
 
-/// Maps all of `scans` until the end or Ctrl-C, writes what is mapped to `out`, and prints a summary or, with `json`,
-/// run.json. What stopped the run is thrown once the map is written. `describe`, if given, adds run.json's "drive" once
-/// the scans are through.
-void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out, ProgramFacts program,
-                   bool json, const std::function<nlohmann::json()>& describe = {});
+/// Maps all of `scans` until the end or Ctrl-C, writes what is mapped to `out`, and prints a summary or, with
+/// `json`, run.json. What stopped the run is thrown once the map is written. `describe`, if given, adds
+/// run.json's "drive" once the scans are through.
+void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
+                   ProgramFacts program, bool json, const std::function<nlohmann::json()>& describe = {});
 
 }  // namespace alces::offline

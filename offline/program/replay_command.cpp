@@ -75,7 +75,8 @@ void replay_drive(const Options& options) {
 
 void add_replay_command(CLI::App& alces) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = alces.add_subcommand("replay", "A map from a recorded drive: through the drivers and the mapper.");
+  CLI::App* verb =
+      alces.add_subcommand("replay", "A map from a recorded drive: through the drivers and the mapper.");
   verb->footer(footer);
   verb->add_option("DRIVE", options->drive, "a recording, or a folder of traces")->required();
   verb->add_option("--out", options->out, "the map folder to write")->required();
@@ -88,7 +89,8 @@ void add_replay_command(CLI::App& alces) {
   verb->add_option("--speed", options->speed, "seconds of the drive in a second; 0: as fast as possible")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  verb->add_flag("--no-deskew", options->no_deskew, "leave the vehicle's motion in the scans, to see what it does");
+  verb->add_flag("--no-deskew", options->no_deskew,
+                 "leave the vehicle's motion in the scans, to see what it does");
   verb->add_flag("--all-scans", options->all_scans, "map those, too, that the vehicle had no time for");
   verb->add_flag("--json", options->json, "print run.json instead of lines for people");
   verb->callback([options] { replay_drive(*options); });

@@ -55,7 +55,8 @@ void simulate(Options& options) {
     fmt::print("{}", settings.vehicle.text);
     return;
   }
-  if (options.out.empty()) throw UsageError("--out is missing; name the recording to write, for instance drive.mcap");
+  if (options.out.empty())
+    throw UsageError("--out is missing; name the recording to write, for instance drive.mcap");
   for (const std::string& fault : options.faults) settings.faults.push_back(parse_fault(fault));
   std::filesystem::path truth = options.truth;
   if (truth.empty()) truth = std::filesystem::path(options.out).replace_extension(".truth.tum");
@@ -73,8 +74,8 @@ void simulate(Options& options) {
   }
   write_tum(truth, result.truth);
   for (const std::string& notice : result.notices) fmt::print(stderr, "alces: {}\n", notice);
-  fmt::print("{} scans of {:.0f} points and {} incomplete ones, {:.0f} m in {:.0f} s\n", result.scans, result.mean_points,
-             result.scans_incomplete, result.way_m, result.duration_s);
+  fmt::print("{} scans of {:.0f} points and {} incomplete ones, {:.0f} m in {:.0f} s\n", result.scans,
+             result.mean_points, result.scans_incomplete, result.way_m, result.duration_s);
   fmt::print("{}: {} events, {}; the truth: {}\n", options.out, result.events, format_byte_size(result.bytes),
              truth.string());
   if (result.was_stopped) {
@@ -87,20 +88,24 @@ void simulate(Options& options) {
 
 void add_simulate_command(CLI::App& alces) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = alces.add_subcommand("simulate", "A recorded drive of a simulated vehicle, with its ground truth.");
+  CLI::App* verb =
+      alces.add_subcommand("simulate", "A recorded drive of a simulated vehicle, with its ground truth.");
   verb->footer(footer);
   verb->add_option("--out", options->out, "the recording to write (MCAP)");
   verb->add_option("--truth", options->truth, "where the true poses go, instead of beside the recording");
   verb->add_option("--scans", options->settings.scans, "how long the drive is, in scans of 1.2 s")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  verb->add_option("--seed", options->settings.seed, "another seed is another town, drive and noise")->capture_default_str();
+  verb->add_option("--seed", options->settings.seed, "another seed is another town, drive and noise")
+      ->capture_default_str();
   verb->add_option("--speed", options->settings.speed_m_per_s, "mean speed in m/s; 0: about 1.1")
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str();
-  verb->add_option("--fault", options->faults, "what goes wrong: NAME@SECONDS[+SECONDS][=NUMBER]; may be repeated");
+  verb->add_option("--fault", options->faults,
+                   "what goes wrong: NAME@SECONDS[+SECONDS][=NUMBER]; may be repeated");
   verb->add_option("--config", options->config, "a vehicle.toml for the drivers instead of the matching one");
-  verb->add_flag("--print-config", options->prints_config, "print the vehicle's configuration and simulate nothing");
+  verb->add_flag("--print-config", options->prints_config,
+                 "print the vehicle's configuration and simulate nothing");
   verb->callback([options] { simulate(*options); });
 }
 

@@ -348,7 +348,8 @@ std::string controlword_text(unsigned controlword) {
 std::string error_register_text(unsigned error_register) {
   std::vector<std::string> bits;
   for (unsigned bit = 0; bit < 8; ++bit) {
-    if ((error_register >> bit & 1) != 0) bits.emplace_back(canopen::error_register_text(static_cast<std::uint8_t>(bit)));
+    if ((error_register >> bit & 1) != 0)
+      bits.emplace_back(canopen::error_register_text(static_cast<std::uint8_t>(bit)));
   }
   return fmt::format("0x{:02X} ({})", error_register, bits.empty() ? "no error" : joined(bits));
 }

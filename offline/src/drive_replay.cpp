@@ -57,11 +57,12 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
   }
   block_.emplace(Scanner::memory_required(settings_.scanner));
   AssemblerStatus status = AssemblerStatus::ok;
-  scanner_ = Scanner::create(block_->bytes(), settings_.scanner, {wires_.get(), {wires_.get(), wires_.get()}}, *this,
-                             *this, status);
+  scanner_ = Scanner::create(block_->bytes(), settings_.scanner, {wires_.get(), {wires_.get(), wires_.get()}},
+                             *this, *this, status);
   if (scanner_ == nullptr) {
     const char* wrong = problem(settings_.scanner);
-    throw InputError(drive, fmt::format("its configuration cannot be used: {}", wrong != nullptr ? wrong : text(status)));
+    throw InputError(
+        drive, fmt::format("its configuration cannot be used: {}", wrong != nullptr ? wrong : text(status)));
   }
   scanner_->start();
   if (options.speed > 0) clock_ = std::make_unique<replay::SteadyReplayClock>();
@@ -81,7 +82,8 @@ void DriveReplay::survey(const std::filesystem::path& drive) {
         has_begun = true;
         end_ns_ = message.handed_on_ns;
         const auto* const scan = std::get_if<ScanRecord>(&message.content);
-        if (scan != nullptr && !scan->was_mapped && scan->verdict.substr(0, 7) == "dropped") dropped_.insert(scan->number);
+        if (scan != nullptr && !scan->was_mapped && scan->verdict.substr(0, 7) == "dropped")
+          dropped_.insert(scan->number);
       }
     }
   } else {
@@ -186,8 +188,10 @@ std::vector<std::string> DriveReplay::warnings() const {
   const replay::TraceProblems problems = traces_.events->problems();
   warnings.insert(warnings.end(), problems.sentences.begin(), problems.sentences.end());
   if (problems.count > problems.sentences.size())
-    warnings.push_back(fmt::format("{} more problems of the recording", problems.count - problems.sentences.size()));
-  for (const std::string& file : traces_.unknown_files) warnings.push_back(file + ": not understood, left out");
+    warnings.push_back(
+        fmt::format("{} more problems of the recording", problems.count - problems.sentences.size()));
+  for (const std::string& file : traces_.unknown_files)
+    warnings.push_back(file + ": not understood, left out");
   const std::lock_guard lock(mutex_);
   for (const auto& [what, said] : notices_) {
     if (said.severity == Severity::info) continue;

@@ -43,8 +43,9 @@ class Host final : public EventSink, public ScanSink, public NoticePort {
   void raise(const Notice& notice) override {
     if (recorder != nullptr) recorder->write_notice(notice);
     if (notice.severity == Severity::info || result_.notices.size() >= most_notices) return;
-    result_.notices.push_back(fmt::format("{:8.2f} s  {}: {}{}", seconds(notice.stamp_ns - begin_ns), notice.source,
-                                          notice.text, notice.has_value ? fmt::format(" ({})", notice.value) : ""));
+    result_.notices.push_back(fmt::format("{:8.2f} s  {}: {}{}", seconds(notice.stamp_ns - begin_ns),
+                                          notice.source, notice.text,
+                                          notice.has_value ? fmt::format(" ({})", notice.value) : ""));
   }
   [[nodiscard]] std::uint64_t points() const { return points_; }
 
@@ -64,7 +65,8 @@ double parse_number(std::string_view text, const std::string& whole) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value) || value < 0)
-    throw UsageError(fmt::format("--fault {}: \"{}\" is no number; write NAME@SECONDS+SECONDS=NUMBER", whole, text));
+    throw UsageError(
+        fmt::format("--fault {}: \"{}\" is no number; write NAME@SECONDS+SECONDS=NUMBER", whole, text));
   return value;
 }
 
@@ -83,7 +85,8 @@ sim::Injection parse_fault(const std::string& text) {
     injection.fault = candidate;
     is_known = true;
   }
-  if (!is_known) throw UsageError(fmt::format("--fault {}: there is no fault \"{}\"; there are {}", text, name, all));
+  if (!is_known)
+    throw UsageError(fmt::format("--fault {}: there is no fault \"{}\"; there are {}", text, name, all));
   if (at == std::string::npos)
     throw UsageError(fmt::format("--fault {}: when? Write {}@SECONDS", text, name));
   std::string_view rest = std::string_view(text).substr(at + 1);
@@ -100,7 +103,8 @@ sim::Injection parse_fault(const std::string& text) {
   return injection;
 }
 
-DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings, const std::filesystem::path& recording,
+DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
+                                     const std::filesystem::path& recording,
                                      const std::function<void(double, double)>& progress,
                                      const std::function<bool()>& is_stopped) {
   DriveSimulationResult result;
@@ -139,14 +143,17 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings, co
 
   MemoryBlock scanner_block(Scanner::memory_required(settings.vehicle.scanner));
   AssemblerStatus status = AssemblerStatus::ok;
-  host.scanner = Scanner::create(scanner_block.bytes(), settings.vehicle.scanner,
-                                 {&rig.can_port(), {&rig.byte_port(laser_a_channel), &rig.byte_port(laser_b_channel)}},
-                                 host, host, status);
+  host.scanner =
+      Scanner::create(scanner_block.bytes(), settings.vehicle.scanner,
+                      {&rig.can_port(), {&rig.byte_port(laser_a_channel), &rig.byte_port(laser_b_channel)}},
+                      host, host, status);
   if (host.scanner == nullptr) {
     const char* wrong = problem(settings.vehicle.scanner);
-    throw UsageError(fmt::format("the vehicle's configuration cannot be used: {}", wrong != nullptr ? wrong : text(status)));
+    throw UsageError(fmt::format("the vehicle's configuration cannot be used: {}",
+                                 wrong != nullptr ? wrong : text(status)));
   }
 
+  (void)rig.byte_port(gps_channel).set_baud_rate(settings.vehicle.gps_baud);
   host.scanner->start();
   constexpr std::int64_t step_ns = 100 * ns_per_ms;
   const std::int64_t end_ns = rig.motion().stop_stamp_ns() + 3 * ns_per_s;

@@ -1,11 +1,13 @@
-// A recorded drive, through the same drivers as on the vehicle, as a source of scans: what `alces replay` maps.
+// A recorded drive, through the same drivers as on the vehicle, as a source of scans: what `alces replay`
+// maps.
 //
 // The recording may be our own (MCAP), a folder of traces of other programs, or one such file; the vehicle's
-// configuration is the recording's, unless another is given. The same recording gives the same scans to the bit. Scans
-// that the vehicle dropped because its mapper was busy are left out here too, so that the map is the vehicle's; and
-// incomplete ones, unless the configuration wants them.
+// configuration is the recording's, unless another is given. The same recording gives the same scans to the
+// bit. Scans that the vehicle dropped because its mapper was busy are left out here too, so that the map is
+// the vehicle's; and incomplete ones, unless the configuration wants them.
 //
-// Goes through the events twice: once to see how long the drive is and which scans were dropped. One scan in memory.
+// Goes through the events twice: once to see how long the drive is and which scans were dropped. One scan in
+// memory.
 #pragma once
 
 #include <atomic>

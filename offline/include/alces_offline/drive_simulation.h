@@ -1,5 +1,5 @@
-// A drive of the simulated vehicle (alces_platform/sim) with our drivers on its wires, as a recording and its ground
-// truth: what `alces simulate` makes.
+// A drive of the simulated vehicle (alces_platform/sim) with our drivers on its wires, as a recording and its
+// ground truth: what `alces simulate` makes.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace alces::offline {
 struct DriveSimulationSettings {
   std::size_t scans = 924;  ///< the paper's drive: 1.24 km with five loops
   std::uint64_t seed = 1;
-  double speed_m_per_s = 0;  ///< while driving, mean; 0: about 1.1
+  double speed_m_per_s = 0;            ///< while driving, mean; 0: about 1.1
   std::vector<sim::Injection> faults;  ///< at_ns counted from the start of the drive
   settings::VehicleSettings vehicle;   ///< what the drivers go by
 };
@@ -27,23 +27,23 @@ struct DriveSimulationResult {
   std::uint64_t bytes = 0;  ///< of the recording
   double duration_s = 0;
   double way_m = 0;
-  std::uint32_t scans = 0;             ///< whole ones
+  std::uint32_t scans = 0;  ///< whole ones
   std::uint32_t scans_incomplete = 0;
-  double mean_points = 0;              ///< of the whole ones
-  Trajectory truth;                    ///< of the whole scans, at their reference times, in the first one's frame
-  std::vector<std::string> notices;    ///< warnings and errors, with their time
-  bool was_stopped = false;            ///< before the end, by the caller
+  double mean_points = 0;  ///< of the whole ones
+  Trajectory truth;        ///< of the whole scans, at their reference times, in the first one's frame
+  std::vector<std::string> notices;  ///< warnings and errors, with their time
+  bool was_stopped = false;          ///< before the end, by the caller
 };
 
-/// `progress` is told seconds done and seconds in all; `is_stopped` is asked as often: true ends the drive early, and
-/// the recording is whole all the same. OutputError.
+/// `progress` is told seconds done and seconds in all; `is_stopped` is asked as often: true ends the drive
+/// early, and the recording is whole all the same. OutputError.
 [[nodiscard]] DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
                                                    const std::filesystem::path& recording,
                                                    const std::function<void(double, double)>& progress,
                                                    const std::function<bool()>& is_stopped);
 
-/// "laser_unplugged@120", "laser_unplugged@120+5", "bus_load@10+20=90": a fault's name, when it begins, for how long
-/// (s), and its argument. UsageError.
+/// "laser_unplugged@120", "laser_unplugged@120+5", "bus_load@10+20=90": a fault's name, when it begins, for
+/// how long (s), and its argument. UsageError.
 [[nodiscard]] sim::Injection parse_fault(const std::string& text);
 
 }  // namespace alces::offline

@@ -38,8 +38,8 @@ class ScanSource {
   [[nodiscard]] virtual std::size_t size() const = 0;
 
   /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. False: there is no such
-  /// scan, the source has ended (only of sources whose size() is not exact). Not to be called from two threads
-  /// at once; all other functions may run meanwhile.
+  /// scan, the source has ended (only of sources whose size() is not exact). Not to be called from two
+  /// threads at once; all other functions may run meanwhile.
   virtual bool read(std::size_t index, std::vector<Point>& points) = 0;
 
   /// What people call it: the file's name without folder.

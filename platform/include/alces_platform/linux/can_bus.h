@@ -16,8 +16,8 @@
 
 #include "alces_drivers/can_frame.h"
 #include "alces_drivers/event.h"
-#include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/linux/event_loop.h"
+#include "alces_platform/linux/retry_delay.h"
 
 namespace alces {
 

@@ -15,9 +15,9 @@
 #include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/stamp.h"
-#include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/linux/file_descriptor.h"
 #include "alces_platform/linux/message.h"
+#include "alces_platform/linux/retry_delay.h"
 
 namespace alces {
 

@@ -13,19 +13,20 @@
 #include <cstdint>
 #include <span>
 
-#include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/linux/clock_bridge.h"
 #include "alces_platform/linux/edge_check.h"
 #include "alces_platform/linux/event_loop.h"
 #include "alces_platform/linux/gpio_request.h"
 #include "alces_platform/linux/message.h"
+#include "alces_platform/linux/retry_delay.h"
 
 namespace alces {
 
 struct GpioConfig {
   const char* chip = "gpiochip0";        ///< copied
   std::span<const GpioLine> lines = {};  ///< copied, at most GpioRequest::line_capacity
-  std::uint8_t first_line = 0;  ///< GpioEdge::line of the first; for lines on several chips, one GpioLines each
+  std::uint8_t first_line =
+      0;  ///< GpioEdge::line of the first; for lines on several chips, one GpioLines each
   const char* consumer = "alces";  ///< what gpioinfo shows
 };
 

@@ -60,8 +60,8 @@ class GpioRequest {
   [[nodiscard]] std::size_t descriptor_count() const;
   [[nodiscard]] int descriptor(std::size_t index) const;
 
-  /// What waits on one descriptor, oldest first, without blocking; `edges` holds read_capacity. GpioEdge::line
-  /// counts from 0 within this request. -1: errno says why.
+  /// What waits on one descriptor, oldest first, without blocking; `edges` holds read_capacity.
+  /// GpioEdge::line counts from 0 within this request. -1: errno says why.
   [[nodiscard]] int read(std::size_t index, std::span<StampedEdge> edges);
 
  private:
