@@ -1,12 +1,15 @@
 // alces replay: a recorded drive through the drivers and the mapper.
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 
 #include "alces_offline/byte_size.h"
 #include "alces_offline/drive_replay.h"
 #include "alces_offline/error.h"
+#include "alces_offline/output_file.h"
 #include "command.h"
 #include "map_and_write.h"
 
@@ -63,12 +66,26 @@ void replay_drive(const Options& options) {
     if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
     request.memory_bytes = *memory;
   }
-  if (!options.archive.empty()) request.archive = options.archive;
+  // On the desk a drive is to be mapped to its end, in the vehicle's memory: what does not fit goes beside
+  // the map.
+  const std::filesystem::path scratch = std::filesystem::path(options.out) / "scans.archive";
+  if (options.archive.empty()) make_folder(options.out);
+  request.archive = options.archive.empty() ? scratch : std::filesystem::path(options.archive);
   if (options.loop_optimizer == "none") request.config.close_loops = false;
 
+  const auto remove_scratch = [&options, &scratch] {
+    std::error_code ignored;
+    if (options.archive.empty()) std::filesystem::remove(scratch, ignored);
+  };
   PrefetchingScanSource scans(std::move(owned));
-  map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}}, options.json,
-                [&drive] { return drive.report(); });
+  try {
+    map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}}, options.json,
+                  [&drive] { return drive.report(); });
+  } catch (...) {
+    remove_scratch();
+    throw;
+  }
+  remove_scratch();
 }
 
 }  // namespace
@@ -85,7 +102,9 @@ void add_replay_command(CLI::App& alces) {
       ->check(CLI::IsMember({"elch", "none"}))
       ->capture_default_str();
   verb->add_option("--memory", options->memory, "for the mapper, instead of the configuration's");
-  verb->add_option("--archive", options->archive, "a file for the scans that do not fit");
+  verb->add_option(
+      "--archive", options->archive,
+      "a file for the scans that do not fit the memory; not given: one in OUT, removed at the end");
   verb->add_option("--speed", options->speed, "seconds of the drive in a second; 0: as fast as possible")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
