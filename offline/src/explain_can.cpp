@@ -445,7 +445,8 @@ CanExplanation CanExplainer::decode_pdo(Node& node, std::uint16_t communication,
     if (at + bits / 8 > frame.size) {
       explanation.is_abnormal = true;
       explanation.text += fmt::format("{} is missing: the frame is too short for its mapping", name);
-      return explanation;
+      at = frame.size;
+      break;
     }
     const ObjectBytes bytes = frame.bytes().subspan(at, bits / 8);
     at += bits / 8;
@@ -457,7 +458,7 @@ CanExplanation CanExplainer::decode_pdo(Node& node, std::uint16_t communication,
   if (at < frame.size) {
     const std::string rest = hex_bytes(frame.bytes().subspan(at));
     explanation.text += is_complete ? fmt::format("{}{} not mapped", at == 0 ? "" : ", ", rest) : rest;
-  } else if (frame.size == 0) {
+  } else if (frame.size == 0 && !explanation.is_abnormal) {
     explanation.text += "no bytes";
   }
   if (is_off) {

@@ -270,6 +270,10 @@ TEST_CASE("PDOs are decoded by the DCF's mapping, and by what the trace sets up"
   CHECK(short_one.is_abnormal);
   CHECK_THAT(short_one.text,
              Catch::EndsWith("Oven: Heat is missing: the frame is too short for its mapping"));
+  CHECK(words(bus, "284#0100") ==
+        "TPDO2 of node 4: position actual value is missing: the frame is too short for its mapping (this PDO "
+        "is off, says the "
+        "DCF)");
   CHECK_THAT(words(bus, "184#40060000AA"), Catch::EndsWith(", AA not mapped"));
   CHECK(words(bus, "185#4006") == "TPDO1 of node 5: mapping not known, 40 06");
   CHECK(words(bus, "204#0F00") == "RPDO1 to node 4: mapping not known, 0F 00");
