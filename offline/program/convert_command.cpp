@@ -154,6 +154,7 @@ RecordingConfig recording_config(const std::string& configuration, std::int64_t 
   config.chunk_bytes = std::size_t{16} << 20;  // the largest message of any recording we write
   config.messages_per_chunk = 65535;
   config.chunk_capacity = 65536;
+  config.flush_interval_ns = 5 * ns_per_s;  // no power loss to fear: fewer, larger chunks
   config.can_bus_count = std::min(buses, recording::maximum_can_buses);
   config.configuration = configuration;
   config.utc_offset_ns = utc_offset_ns;

@@ -58,9 +58,9 @@ std::size_t CdrWriter::count_later() {
   return out_.position() - sizeof(std::uint32_t);
 }
 
-CdrReader::CdrReader(std::span<const std::uint8_t> bytes) : in_(bytes) {
-  failed_ = (in_.u32() & 0xffffU) != 0x0100;  // the other two bytes are options, for the middleware
-}
+// The other two bytes are options, for the middleware.
+CdrReader::CdrReader(std::span<const std::uint8_t> bytes)
+    : in_(bytes), failed_((in_.u32() & 0xffffU) != 0x0100) {}
 
 void CdrReader::align(std::size_t size) {
   static_cast<void>(in_.bytes(padding(std::max(in_.position(), header_bytes), size)));

@@ -155,6 +155,36 @@ TEST_CASE("the results of the mapping come back as well") {
   CHECK(reader.is_whole());
 }
 
+TEST_CASE("messages take the bytes that the header states") {
+  RecordingBench bench;
+  const std::vector<std::uint8_t> data(100);
+  const auto event_of = [&](EventKind kind) {
+    Event event;
+    event.kind = kind;
+    event.bytes = data;
+    return event;
+  };
+  for (const EventKind kind : {EventKind::tick, EventKind::edge, EventKind::can_frame, EventKind::bytes})
+    bench.writer->on_event(event_of(kind));
+  Event fd = event_of(EventKind::can_sent);
+  fd.frame.is_fd = true;
+  fd.frame.size = 64;
+  bench.writer->on_event(fd);
+  const std::vector<Point> points(10);
+  const std::vector<Pose> poses(10);
+  bench.writer->write_pose({});
+  bench.writer->write_cloud({0, points});
+  bench.writer->write_path({0, {}, poses});
+  REQUIRE(bench.writer->finish());
+  MemorySource source(bench.sink.bytes);
+  RecordingReader reader(source);
+  REQUIRE(reader.open());
+  RecordedMessage message;
+  std::vector<std::uint64_t> sizes;
+  while (reader.next(message)) sizes.push_back(message.bytes);
+  CHECK(sizes == std::vector<std::uint64_t>{12, 20, 36, 20 + 100, 36 + 64, 76, 113 + 120, 28 + 720});
+}
+
 TEST_CASE("an empty recording is a whole file") {
   RecordingBench bench;
   REQUIRE(bench.writer->finish());

@@ -1,12 +1,11 @@
 // make_recording FILE EVENTS: a sample drive as a file, and on stdout, as JSON, what is in it, for those who
 // check it with other readers. Fails when anything asks for heap memory between create() and finish().
-#include <cerrno>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <map>
 #include <new>
-#include <string>
+#include <vector>
 
 #include "alces_platform/recording/file_sink.h"
 #include "alces_platform/recording/recording_writer.h"

@@ -7,8 +7,9 @@
 // room. Both are said once, through the NoticePort.
 //
 // Bytes in the file: 47 a message and its index entry, and the message itself: tick 12, edge 20, CAN frame
-// 40, FD frame 32 and its data, bytes 20 and the data, cloud 145 and 12 a point, path 24 and 72 a pose.
-// Memory: mcap_writer.h; with the defaults 2.7 MB. Time: O(bytes); when a chunk is written, the sink's.
+// 36, FD frame 36 and its data, bytes 20 and the data, pose 76, cloud 113 and 12 a point, path 28 and 72 a
+// pose. The head and the summary have about 10 KiB each. Memory: mcap_writer.h; with the defaults 2.7 MB.
+// Time: O(bytes); when a chunk is written, the sink's.
 //
 // One thread at a time. The order of calls is the order in the file.
 #pragma once
