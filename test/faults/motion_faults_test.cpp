@@ -59,6 +59,8 @@ TEST_CASE("fault: clock set back by 30 s") {
   bench.is_counted(motor, "clock_steps");
   bench.is_whole_again(5);
   CHECK(bench.harness.counter(motor, "motor_failures") == 0);  // the motor turns on
+  CHECK(bench.harness.counter(assembler, "profiles_absurd") == 0);
+  CHECK(bench.harness.counter(laser_a, "mirror_turns_missed") == 0);
   const ScannerHarness::Delivery before = bench.harness.delivery();
   bench.harness.run_s(5);
   CHECK(bench.harness.delivery().fixes - before.fixes >= 4);
