@@ -13,8 +13,6 @@ constexpr double turn_rad = 2 * std::numbers::pi;
 constexpr std::int64_t last_sane_stamp_ns = INT64_MAX / 4;
 /// A stamp so far past the last tick is a wrong one.
 constexpr std::int64_t future_ns = 10 * ns_per_s;
-/// Ticks that go back by more mean another clock.
-constexpr std::int64_t clock_step_ns = ns_per_s;
 /// Quadrature lines that are silent say that the head stands; an edge may be on its way so long.
 constexpr std::int64_t edge_delay_ns = 10 * ns_per_ms;
 constexpr std::int64_t speed_span_ns = 100 * ns_per_ms;
@@ -283,9 +281,13 @@ void Encoder::append(std::int64_t stamp_ns, double angle_rad, double sigma_rad, 
   if (history_.append(node)) watch_speed(stamp_ns);
 }
 
-double Encoder::predicted_sigma_rad(double way_rad) const {
+double Encoder::slip() const {
   const bool is_guess = has_index() && !is_ratio_learned_;
-  const double slip_rad = config_.slip * (is_guess ? slip_factor_before_learning : 1.0) * way_rad;
+  return config_.slip * (is_guess ? slip_factor_before_learning : 1.0);
+}
+
+double Encoder::predicted_sigma_rad(double way_rad) const {
+  const double slip_rad = slip() * way_rad;
   return std::sqrt(config_.count_sigma_rad * config_.count_sigma_rad + slip_rad * slip_rad +
                    reference_.sigma_rad * reference_.sigma_rad);
 }

@@ -95,7 +95,9 @@ void Encoder::judge_with_shape(std::int64_t stamp_ns, double shape_rad) {
   count_missing(turns, stamp_ns);
   const Reference next{true, true, is_forward, stamp_ns, shape_rad, angle_rad, turn, config_.index_sigma_rad};
   share_out(next);
-  if (turns != 0 && is_same_flank) {
+  // One that is well off its place sets the angle; should it be a wrong one, the ratio shall not suffer.
+  const bool teaches_ratio = !is_ratio_learned_ || std::abs(residual_rad) <= narrow_window_rad;
+  if (turns != 0 && is_same_flank && teaches_ratio) {
     const double measured = (angle_rad - reference_.angle_rad) / (shape_rad - reference_.shape_rad);
     ratio_ = is_ratio_learned_ ? 0.5 * (ratio_ + measured) : measured;
     is_ratio_learned_ = true;
@@ -202,6 +204,11 @@ void Encoder::refuse_as_extra(std::int64_t stamp_ns, double shape_rad, double re
   notices_.raise(NoticeKind::extra, Severity::warning, stamp_ns, "an index pulse came where none was due",
                  static_cast<std::int64_t>(counters_.index_extra));
   if (!reference_.has_shape) return;
+  if (is_index_lost_ && is_ratio_learned_) {
+    // Pulses come, and for turns none was good: it may be what was learned that is wrong.
+    ratio_ = 1;
+    is_ratio_learned_ = false;
+  }
   has_candidate_ = true;
   candidate_shape_rad_ = shape_rad;
   candidate_residual_rad_ = residual_rad;
@@ -211,7 +218,7 @@ bool Encoder::agrees_with_candidate(double shape_rad) const {
   if (!has_candidate_) return false;
   const double way_rad = std::abs(shape_rad - candidate_shape_rad_) * ratio_;
   return way_rad > 1 &&
-         std::abs(std::remainder(way_rad, turn_rad)) < narrow_window_rad + 5 * config_.slip * way_rad;
+         std::abs(std::remainder(way_rad, turn_rad)) < narrow_window_rad + 5 * slip() * way_rad;
 }
 
 // Pulses that come again and again at equal distances are a turn apart, whatever the configuration says.

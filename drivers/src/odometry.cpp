@@ -9,8 +9,6 @@ namespace {
 constexpr std::int64_t last_sane_stamp_ns = INT64_MAX / 4;  // differences within cannot overflow
 /// A stamp so far past the last tick is a wrong one.
 constexpr std::int64_t future_ns = 10 * ns_per_s;
-/// Ticks that go back by more mean another clock.
-constexpr std::int64_t clock_step_ns = ns_per_s;
 /// Two frames may be stamped close together though their values are a cycle apart.
 constexpr double shortest_cycle_s = 0.01;
 /// How much of a newly measured bias is taken over.
@@ -137,12 +135,13 @@ void Odometry::take_alive_counter(const CanFrame& frame, std::int64_t stamp_ns) 
   }
   if (!has_alive_counter_ || value.value != alive_value_) alive_changed_ns_ = stamp_ns;
   has_alive_counter_ = true;
+  alive_seen_ns_ = stamp_ns;
   alive_value_ = value.value;
 }
 
 void Odometry::watch_frozen(std::int64_t stamp_ns) {
   if (config_.alive_counter.exists()) {
-    if (has_alive_counter_ && stamp_ns - alive_changed_ns_ > config_.alive_timeout_ns) {
+    if (has_alive_counter_ && alive_seen_ns_ - alive_changed_ns_ > config_.alive_timeout_ns) {
       freeze(stamp_ns, "the sender's alive counter stands still");
     } else {
       is_frozen_ = false;

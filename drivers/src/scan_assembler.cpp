@@ -9,7 +9,6 @@ namespace {
 
 constexpr std::int64_t last_sane_stamp_ns = INT64_MAX / 4;  // differences within cannot overflow
 constexpr std::int64_t future_ns = 10 * ns_per_s;           ///< past the last tick: a wrong stamp
-constexpr std::int64_t clock_step_ns = ns_per_s;            ///< ticks that go back by more mean another clock
 constexpr double longest_profile_ns = 1e9;
 constexpr double largest_angle_rad = 1e9;
 /// The head may go back so far without having turned round: an index pulse corrected its angle.

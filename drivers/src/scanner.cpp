@@ -208,7 +208,10 @@ void Scanner::on_event(const Event& event) {
 
 void Scanner::on_tick(std::int64_t now_ns) {
   ++counters_.ticks;
-  if (now_ns_ != no_stamp_ns && now_ns < now_ns_) ++counters_.time_went_back;
+  if (now_ns_ != no_stamp_ns && now_ns < now_ns_) {
+    ++counters_.time_went_back;
+    if (now_ns < now_ns_ - clock_step_ns) on_clock_step(now_ns - now_ns_, now_ns);
+  }
   now_ns_ = now_ns;
   advance_phase(now_ns);
   if (config_.has_motor) motor_.on_tick(now_ns);
@@ -218,6 +221,15 @@ void Scanner::on_tick(std::int64_t now_ns) {
   for (std::uint32_t laser = 0; laser < laser_count(); ++laser) lasers_[laser].laser->on_tick(now_ns);
   assembler_->on_tick(now_ns);
   watch(now_ns);
+}
+
+// What is waited for is waited for on the new clock.
+void Scanner::on_clock_step(std::int64_t step_ns, std::int64_t now_ns) {
+  raise(now_ns, Severity::error, "the clock was set back; scans begin anew");
+  shift_stamp(phase_since_ns_, step_ns);
+  shift_stamp(dry_since_ns_, step_ns);
+  for (LaserSlot& slot : lasers_) shift_stamp(slot.silent_since_ns, step_ns);
+  told_fix_ns_ = no_stamp_ns;
 }
 
 void Scanner::enter(ScannerPhase phase, std::int64_t now_ns) {

@@ -3,18 +3,29 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace alces::sim {
 
 SimulatedScanner::SimulatedScanner(const SimulatedScannerSettings& settings)
     : rig_(settings.rig), drive_node_(settings) {
+  attach(settings);
+}
+
+SimulatedScanner::SimulatedScanner(const SimulatedScannerSettings& settings, std::shared_ptr<const Town> town)
+    : rig_(settings.rig, std::move(town)), drive_node_(settings) {
+  attach(settings);
+}
+
+void SimulatedScanner::attach(const SimulatedScannerSettings& settings) {
   rig_.attach(static_cast<CanNode&>(drive_node_));
   rig_.attach(static_cast<HeadMotor&>(drive_node_));
   for (std::uint8_t number = 0; number < settings.rig.lasers; ++number) {
     // The mirrors of two lasers do not turn in step.
     SimulatedLms2xxSettings laser = settings.lasers.at(number);
     laser.first_ray_stamp_ns = settings.rig.motion.start_stamp_ns + 3'100'000 + 5'700'000 * number;
-    lasers_.at(number).emplace(laser, rig_.sweeps(number));
+    SweepSource* const sweeps = settings.sweeps.at(number);
+    lasers_.at(number).emplace(laser, sweeps != nullptr ? *sweeps : rig_.sweeps(number));
     rig_.attach(number, *lasers_.at(number));
   }
 }

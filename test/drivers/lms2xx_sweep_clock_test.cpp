@@ -101,3 +101,17 @@ TEST_CASE("a slow line that carries every sixth or seventh turn is numbered by r
     turn += i % 3 == 0 ? 6 : 7;
   }
 }
+
+TEST_CASE("a clock that was set back is learned anew by the first sweep after a reset") {
+  Feed feed;
+  for (std::int64_t turn = 0; turn < 3000; ++turn) REQUIRE(feed.add(turn, 100'000) == 0);
+  const std::int64_t step_ns = -30'000'000'000;
+  const auto before_reset = feed.clock.add({.stamp_ns = sent_ns(3000) + step_ns});
+  CHECK(std::abs(before_reset.stamp_ns - sent_ns(3000) - step_ns) < 10'000'000);
+  feed.clock.reset();
+  for (std::int64_t turn = 3001; turn < 3100; ++turn) {
+    const auto sweep = feed.clock.add({.stamp_ns = sent_ns(turn) + step_ns + 100'000});
+    REQUIRE(std::abs(sweep.stamp_ns - sent_ns(turn) - step_ns) < 1'000'000);
+  }
+  CHECK(feed.clock.counters().turns_missed == 0);
+}

@@ -227,6 +227,8 @@ class Encoder final : public HeadAngle {
   void watch_speed(std::int64_t stamp_ns);
   void watch_index(std::int64_t stamp_ns);
   [[nodiscard]] bool is_speed_plausible(double speed_rad_s) const;
+  /// What the counts may creep a radian, as far as their ratio to the angle is known.
+  [[nodiscard]] double slip() const;
   [[nodiscard]] double predicted_sigma_rad(double way_rad) const;
   [[nodiscard]] double quadrature_shape_rad() const;
   [[nodiscard]] double drive_shape_rad() const;

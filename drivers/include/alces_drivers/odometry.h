@@ -190,6 +190,8 @@ class Odometry final : public Motion {
   bool has_alive_counter_ = false;
   double alive_value_ = 0;
   std::int64_t alive_changed_ns_ = no_stamp_ns;
+  std::int64_t alive_seen_ns_ =
+      no_stamp_ns;  ///< the newest: a counter that does not come does not stand still
 
   Eigen::Vector3d bias_rad_s_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d standstill_sum_rad_ = Eigen::Vector3d::Zero();

@@ -202,6 +202,7 @@ class Scanner final : public EventSink {
   Scanner(const ScannerConfig& config, const Ports& ports, ScanSink& sink, NoticePort& notices);
 
   void on_tick(std::int64_t now_ns);
+  void on_clock_step(std::int64_t step_ns, std::int64_t now_ns);
   void advance_phase(std::int64_t now_ns);
   void enter(ScannerPhase phase, std::int64_t now_ns);
   void watch(std::int64_t now_ns);

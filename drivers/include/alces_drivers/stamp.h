@@ -14,6 +14,13 @@ inline constexpr std::int64_t ns_per_us = 1'000;
 /// "Never": before every stamp.
 inline constexpr std::int64_t no_stamp_ns = INT64_MIN;
 
+/// Ticks that go back by more mean another clock: what was remembered of the old one must not be waited for.
+inline constexpr std::int64_t clock_step_ns = ns_per_s;
+/// Moves what was remembered to the new clock.
+constexpr void shift_stamp(std::int64_t& stamp_ns, std::int64_t by_ns) {
+  if (stamp_ns != no_stamp_ns) stamp_ns += by_ns;
+}
+
 [[nodiscard]] constexpr double seconds(std::int64_t duration_ns) {
   return static_cast<double>(duration_ns) * 1e-9;
 }

@@ -315,6 +315,13 @@ void ColaB::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t stamp_ns)
 }
 
 void ColaB::on_tick(std::int64_t now_ns) {
+  if (ticked_ns_ != no_stamp_ns && now_ns < ticked_ns_ - clock_step_ns) {
+    const std::int64_t step_ns = now_ns - ticked_ns_;
+    shift_stamp(deadline_ns_, step_ns);
+    shift_stamp(step_limit_ns_, step_ns);
+    if (last_scan_ns_ > now_ns) shift_stamp(last_scan_ns_, step_ns);
+  }
+  ticked_ns_ = now_ns;
   switch (phase_) {
     case Phase::stopped:
     case Phase::bad_config:

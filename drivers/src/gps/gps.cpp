@@ -46,6 +46,13 @@ void Gps::on_link(bool is_up, std::int64_t now_ns) {
 }
 
 void Gps::on_tick(std::int64_t now_ns) {
+  if (ticked_ns_ != no_stamp_ns && now_ns < ticked_ns_ - clock_step_ns) {
+    // Fixes of another clock: new ones would seem older than they are.
+    fix_count_ = 0;
+    jumped_count_ = 0;
+    last_gga_ns_ = no_stamp_ns;
+  }
+  ticked_ns_ = now_ns;
   if (fix_count_ == 0 || is_lost_ || now_ns - fix(0).stamp_ns <= 5 * config_.maximum_age_ns) return;
   is_lost_ = true;
   raise(now_ns, Severity::warning, "no usable fix comes");

@@ -223,6 +223,14 @@ void Lms2xx::give_up_stale_bytes(std::int64_t now_ns) {
 }
 
 void Lms2xx::on_tick(std::int64_t now_ns) {
+  if (ticked_ns_ != no_stamp_ns && now_ns < ticked_ns_ - clock_step_ns) {
+    const std::int64_t step_ns = now_ns - ticked_ns_;
+    shift_stamp(deadline_ns_, step_ns);
+    if (last_bytes_ns_ > now_ns) shift_stamp(last_bytes_ns_, step_ns);
+    if (last_values_ns_ > now_ns) shift_stamp(last_values_ns_, step_ns);
+    clock_.reset();
+  }
+  ticked_ns_ = now_ns;
   give_up_stale_bytes(now_ns);
   switch (phase_) {
     case Phase::stopped:

@@ -20,6 +20,7 @@ SweepClock::SweepClock(double turns_per_s) : turn_ns_(1e9 / turns_per_s), filter
 void SweepClock::reset() {
   filter_.reset();
   has_last_ = false;
+  last_learned_ = number_;  // the next one is learned from, even when the numbering had stepped back
   last_index_.reset();
   late_run_ = 0;
   is_guess_ = false;

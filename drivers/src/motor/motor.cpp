@@ -44,7 +44,7 @@ Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, Driv
 }
 
 void Motor::start(std::int64_t now_ns) {
-  now_ns_ = std::max(now_ns_, now_ns);
+  now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
   if (state_ != MotorState::stopped) return;
   ++counters_.starts;
   attempts_ = 0;
@@ -58,17 +58,18 @@ void Motor::start(std::int64_t now_ns) {
 }
 
 void Motor::stop(std::int64_t now_ns) {
-  now_ns_ = std::max(now_ns_, now_ns);
+  now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
   if (state_ != MotorState::stopping) begin_stop(StopPhase::ramp_down, MotorReason::stop_wanted);
 }
 
 void Motor::quick_stop(std::int64_t now_ns) {
-  now_ns_ = std::max(now_ns_, now_ns);
+  now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
   const bool is_quick_already = state_ == MotorState::stopping && stop_phase_ != StopPhase::ramp_down;
   if (!is_quick_already) begin_stop(StopPhase::quick, MotorReason::quick_stop_wanted);
 }
 
-void Motor::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
+void Motor::on_frame(const CanFrame& frame, std::int64_t received_ns) {
+  const std::int64_t stamp_ns = received_ns + ahead_ns_;
   now_ns_ = std::max(now_ns_, stamp_ns);
   if (frame.is_error) {
     ++counters_.error_frames;
@@ -96,7 +97,7 @@ void Motor::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
       case ProcessData::Outcome::dropped:
         break;
       case ProcessData::Outcome::feedback:
-        sink_.on_drive_feedback(process_data_.feedback());
+        hand_on_feedback();
         [[fallthrough]];
       case ProcessData::Outcome::taken:
         on_drive(stamp_ns);
@@ -105,8 +106,15 @@ void Motor::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
   }
 }
 
+void Motor::hand_on_feedback() {
+  DriveFeedback feedback = process_data_.feedback();
+  shift_stamp(feedback.stamp_ns, -ahead_ns_);
+  shift_stamp(feedback.sync_stamp_ns, -ahead_ns_);
+  sink_.on_drive_feedback(feedback);
+}
+
 void Motor::on_link(bool is_up, std::int64_t now_ns) {
-  now_ns_ = std::max(now_ns_, now_ns);
+  now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
   if (is_up == is_link_up_) return;
   is_link_up_ = is_up;
   if (is_up) {
@@ -136,7 +144,12 @@ void Motor::on_link(bool is_up, std::int64_t now_ns) {
 }
 
 void Motor::on_tick(std::int64_t now_ns) {
-  now_ns_ = std::max(now_ns_, now_ns);
+  if (now_ns + ahead_ns_ < now_ns_ - clock_step_ns) {
+    // The clock was set back. In here time goes on: every period and time-out stays what it was.
+    ++counters_.clock_steps;
+    ahead_ns_ = now_ns_ - now_ns;
+  }
+  now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
   if (!is_link_up_) return;
   own_heartbeat_.on_tick(now_ns_, port_);
   send_pending_order();
@@ -207,7 +220,7 @@ void Motor::enter(MotorState state, MotorReason reason, const char* detail) {
 }
 
 void Motor::tell(Severity severity, const char* text, std::int64_t value, bool has_value) {
-  notices_.raise({.stamp_ns = now_ns_,
+  notices_.raise({.stamp_ns = now_ns_ - ahead_ns_,
                   .severity = severity,
                   .source = config_.name,
                   .text = text,

@@ -159,6 +159,7 @@ class ColaB final : public Laser {
   bool has_device_time_ = false;
   std::uint32_t last_start_us_ = 0;
   std::int64_t device_us_ = 0;  ///< start_us, unwrapped
+  std::int64_t ticked_ns_ = no_stamp_ns;
   std::int64_t last_scan_ns_ = no_stamp_ns;
   std::uint8_t told_status_ = 0;
   bool frequency_was_told_ = false;

@@ -112,6 +112,7 @@ class Gps {
   std::uint32_t jumped_count_ = 0;            ///< that agree with each other, in a row
   std::optional<std::int32_t> last_time_ms_;  ///< of the last believed fix
   std::int64_t last_gga_ns_ = no_stamp_ns;
+  std::int64_t ticked_ns_ = no_stamp_ns;
   double height_m_ = 0;
   bool is_lost_ = false;
   Counters counters_;

@@ -191,6 +191,7 @@ class Lms2xx final : public Laser {
   bool configuration_differs_ = false;
   std::array<std::uint8_t, 34> configuration_{};
 
+  std::int64_t ticked_ns_ = no_stamp_ns;
   std::int64_t last_bytes_ns_ = no_stamp_ns;
   std::int64_t last_values_ns_ = no_stamp_ns;
   std::uint64_t damage_seen_ = 0;  ///< parser counters at the last value telegram

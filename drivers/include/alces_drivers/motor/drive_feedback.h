@@ -19,7 +19,7 @@ struct DriveFeedback {
 
 class DriveFeedbackSink {
  public:
-  /// The stamps of successive calls rise.
+  /// The stamps of successive calls rise, unless the clock was set back.
   virtual void on_drive_feedback(const DriveFeedback& feedback) = 0;
 
  protected:

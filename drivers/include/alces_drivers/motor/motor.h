@@ -57,6 +57,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
     std::uint64_t emcys_not_told = 0;    ///< the same one again within a second: no notice
     std::uint64_t emcys_malformed = 0;
     std::uint64_t link_downs = 0;
+    std::uint64_t clock_steps = 0;  ///< time ran back by more than clock_step_ns
     std::uint64_t nmt_orders = 0;
     std::uint64_t nmt_not_taken = 0;  ///< by the port; sent again
     std::uint64_t rpdos_sent = 0;
@@ -84,6 +85,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
       visit("emcys_not_told", emcys_not_told);
       visit("emcys_malformed", emcys_malformed);
       visit("link_downs", link_downs);
+      visit("clock_steps", clock_steps);
       visit("nmt_orders", nmt_orders);
       visit("nmt_not_taken", nmt_not_taken);
       visit("rpdos_sent", rpdos_sent);
@@ -111,14 +113,18 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   /// The same, with the drive's quick stop instead of its ramp.
   void quick_stop(std::int64_t now_ns);
 
-  void on_frame(const CanFrame& frame, std::int64_t stamp_ns) override;
+  void on_frame(const CanFrame& frame, std::int64_t received_ns) override;
   /// The bus came up, or went down (interface down, bus-off). It is taken to be up until told.
   void on_link(bool is_up, std::int64_t now_ns) override;
   /// At least every 20 ms, and by next_sync_ns() for SYNCs in time.
   void on_tick(std::int64_t now_ns) override;
 
   /// no_stamp_ns: no SYNC of ours is due.
-  [[nodiscard]] std::int64_t next_sync_ns() const { return sync_.due_ns(); }
+  [[nodiscard]] std::int64_t next_sync_ns() const {
+    std::int64_t due_ns = sync_.due_ns();
+    shift_stamp(due_ns, -ahead_ns_);
+    return due_ns;
+  }
   /// What it listens to: for canopen::Master::add().
   [[nodiscard]] std::span<const std::uint16_t> cob_ids() const { return cob_ids_.span(); }
 
@@ -150,6 +156,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   [[nodiscard]] std::uint16_t next_controlword();
   [[nodiscard]] std::uint16_t quick_stop_controlword() const;
   void ramp(std::int64_t now_ns);
+  void hand_on_feedback();
   void on_emcy(const CanFrame& frame);
   void on_heartbeat(canopen::HeartbeatEvent event);
   void on_drive(std::int64_t stamp_ns);
@@ -209,7 +216,8 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   MotorState state_ = MotorState::stopped;
   MotorReason reason_ = MotorReason::not_started;
   const char* detail_ = "";
-  std::int64_t now_ns_ = 0;  ///< the latest time we were told
+  std::int64_t now_ns_ = 0;    ///< the latest time we were told; it never goes back
+  std::int64_t ahead_ns_ = 0;  ///< of all times in here against those outside: the sum of steps back
   std::int64_t state_since_ns_ = 0;
   std::int64_t due_ns_ = no_stamp_ns;  ///< of recovering and failed: when to try again; no_stamp_ns: never
   bool is_link_up_ = true;

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -26,11 +27,15 @@ struct SimulatedScannerSettings {
   SimulatedCia402Drive::Config drive{.motor_turns_per_head_turn = 60};
   double first_head_angle_rad = 1;  ///< where the head stands at power-on
   std::array<SimulatedLms2xxSettings, RigGeometry::maximum_lasers> lasers{};
+  /// What each laser measures; null: the town, which costs rays. The caller's, as long as the scanner.
+  std::array<SweepSource*, RigGeometry::maximum_lasers> sweeps{};
 };
 
 class SimulatedScanner {
  public:
   explicit SimulatedScanner(const SimulatedScannerSettings& settings);
+  /// In a town that is there already: see SimulatedRig.
+  SimulatedScanner(const SimulatedScannerSettings& settings, std::shared_ptr<const Town> town);
   SimulatedScanner(const SimulatedScanner&) = delete;
   SimulatedScanner& operator=(const SimulatedScanner&) = delete;
   ~SimulatedScanner() = default;
@@ -72,6 +77,8 @@ class SimulatedScanner {
 
     SimulatedLms2xx laser;
   };
+
+  void attach(const SimulatedScannerSettings& settings);
 
   SimulatedRig rig_;
   DriveNode drive_node_;
