@@ -1,33 +1,15 @@
 // alces convert as a script sees it: files, exit status, one sentence on stderr.
-#include <sys/wait.h>
-
-#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 
-#include "temporary_folder.h"
+#include "run_alces.h"
 
 namespace alces::offline {
 namespace {
 
-struct Outcome {
-  int status = 0;
-  std::string out;
-  std::string err;
-};
+using Outcome = ProgramOutcome;
 
 Outcome convert(const TemporaryFolder& folder, const std::string& arguments) {
-  std::string command = "cd '" + folder.path().string();
-  command += "' && '" ALCES_PROGRAM "' convert ";
-  command += arguments;
-  command += " >stdout.txt 2>stderr.txt </dev/null";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "stdout.txt"),
-          content_of(folder / "stderr.txt")};
-}
-
-bool is_one_sentence(const std::string& text) {
-  return text.rfind("alces: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
+  return run_alces(folder, "convert " + arguments);
 }
 
 /// A foreign drive of three traces, on one clock.
