@@ -70,14 +70,6 @@ double parse_number(std::string_view text, const std::string& whole) {
   return value;
 }
 
-/// "late boot-up" as a word for the command line: late_boot_up.
-std::string identifier(std::string words) {
-  for (char& c : words) {
-    if (c == ' ' || c == '-') c = '_';
-  }
-  return words;
-}
-
 }  // namespace
 
 sim::Injection parse_fault(const std::string& text) {
@@ -88,7 +80,7 @@ sim::Injection parse_fault(const std::string& text) {
   std::string all;
   for (std::uint8_t fault = 0; fault < sim::fault_count; ++fault) {
     const auto candidate = static_cast<sim::Fault>(fault);
-    const std::string word = identifier(sim::text(candidate));
+    const std::string word = sim::name(candidate);
     all += (all.empty() ? "" : ", ") + word;
     if (name != word) continue;
     injection.fault = candidate;

@@ -2,6 +2,76 @@
 
 namespace alces::sim {
 
+const char* name(Fault fault) {
+  switch (fault) {
+    case Fault::node_absent:
+      return "node_absent";
+    case Fault::late_boot_up:
+      return "late_boot_up";
+    case Fault::node_reset:
+      return "node_reset";
+    case Fault::heartbeat_lost:
+      return "heartbeat_lost";
+    case Fault::emergency:
+      return "emergency";
+    case Fault::sdo_abort:
+      return "sdo_abort";
+    case Fault::sdo_silence:
+      return "sdo_silence";
+    case Fault::drive_fault_once:
+      return "drive_fault_once";
+    case Fault::drive_fault_for_ever:
+      return "drive_fault_for_ever";
+    case Fault::bus_off:
+      return "bus_off";
+    case Fault::error_passive_flood:
+      return "error_passive_flood";
+    case Fault::pdo_lost:
+      return "pdo_lost";
+    case Fault::pdo_duplicated:
+      return "pdo_duplicated";
+    case Fault::pdo_delayed:
+      return "pdo_delayed";
+    case Fault::pdo_reordered:
+      return "pdo_reordered";
+    case Fault::bus_load:
+      return "bus_load";
+    case Fault::index_missing:
+      return "index_missing";
+    case Fault::index_extra:
+      return "index_extra";
+    case Fault::index_bouncing:
+      return "index_bouncing";
+    case Fault::ab_swapped:
+      return "ab_swapped";
+    case Fault::edges_lost:
+      return "edges_lost";
+    case Fault::laser_garbage:
+      return "laser_garbage";
+    case Fault::laser_crc_errors:
+      return "laser_crc_errors";
+    case Fault::laser_wrong_baud:
+      return "laser_wrong_baud";
+    case Fault::laser_half_telegram:
+      return "laser_half_telegram";
+    case Fault::laser_unplugged:
+      return "laser_unplugged";
+    case Fault::laser_reset:
+      return "laser_reset";
+    case Fault::odometry_frozen:
+      return "odometry_frozen";
+    case Fault::odometry_silent:
+      return "odometry_silent";
+    case Fault::odometry_jump:
+      return "odometry_jump";
+    case Fault::gps_absurd:
+      return "gps_absurd";
+    case Fault::gps_silent:
+      return "gps_silent";
+  }
+  return "unknown";
+}
+
 const char* text(Fault fault) {
   switch (fault) {
     case Fault::node_absent:

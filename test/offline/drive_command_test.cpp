@@ -71,7 +71,8 @@ TEST_CASE("as traces of other programs the drive gives the same poses") {
   const ProgramOutcome outcome = run_alces(folder, "replay traces --out of_traces");
   INFO(outcome.err);
   REQUIRE(outcome.status == 0);
-  CHECK(content_of(folder / "of_recording/trajectory.tum") == content_of(folder / "of_traces/trajectory.tum"));
+  CHECK(content_of(folder / "of_recording/trajectory.tum") ==
+        content_of(folder / "of_traces/trajectory.tum"));
 }
 
 TEST_CASE("a recording that was cut off maps as far as it goes, and says so") {

@@ -51,6 +51,8 @@ enum class Fault : std::uint8_t {
 };
 inline constexpr std::uint8_t fault_count = static_cast<std::uint8_t>(Fault::gps_silent) + 1;
 [[nodiscard]] const char* text(Fault fault);
+/// The same as one word, for command lines: "late_boot_up".
+[[nodiscard]] const char* name(Fault fault);
 
 inline constexpr std::int64_t for_ever_ns = INT64_MAX / 4;
 
