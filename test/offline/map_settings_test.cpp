@@ -12,7 +12,7 @@ using Catch::Contains;
 
 namespace {
 
-const std::string example = ALCES_SHARED_DATA "/../../main/docs/examples/map.toml";
+const std::string example = ALCES_EXAMPLES "/map.toml";
 
 /// What the program would say to this file.
 std::string complaint(const std::string& toml) {

@@ -1,18 +1,11 @@
 // Sizes as people write them: 64MiB, 16 MiB, 65536, 1.5GB.
 #pragma once
 
-#include <cstddef>
-#include <optional>
-#include <string>
-#include <string_view>
+#include "alces_platform/settings/byte_size.h"
 
 namespace alces::offline {
 
-/// A number and one of B, KiB, MiB, GiB (1024) or kB, MB, GB (1000), in any case; bytes without a unit. None
-/// when it is something else, negative, or does not fit a size_t.
-[[nodiscard]] std::optional<std::size_t> parse_byte_size(std::string_view text);
-
-/// "16.0 MiB", "512 B".
-[[nodiscard]] std::string format_byte_size(std::size_t bytes);
+using settings::format_byte_size;
+using settings::parse_byte_size;
 
 }  // namespace alces::offline

@@ -1,6 +1,7 @@
-// One TOML file describes a vehicle: what hangs on which wire, how it is mounted, and how the program runs; beside the
-// tables of map.toml, which say how to map. `alcesd` runs by it, `alces simulate` builds the simulated vehicle by it,
-// and every recording carries it, so that a drive replays alone. docs/examples/vehicle.toml holds all of it.
+// One TOML file describes a vehicle: what hangs on which wire, how it is mounted, and how the program runs;
+// beside the tables of map.toml, which say how to map. `alcesd` runs by it, `alces simulate` builds the
+// simulated vehicle by it, and every recording carries it, so that a drive replays alone.
+// docs/examples/vehicle.toml holds all of it.
 #pragma once
 
 #include <array>
@@ -51,11 +52,12 @@ struct VehicleSettings {
   std::string text;
 };
 
-/// A vehicle that answers to `alces simulate`'s: EPOS-like drive as node 1, index pulse on line 0, two LMS 291, wheels
-/// and gyro on CAN, GPS.
+/// A vehicle that answers to `alces simulate`'s: EPOS-like drive as node 1, index pulse on line 0, two LMS
+/// 291, wheels and gyro on CAN, GPS.
 [[nodiscard]] VehicleSettings default_vehicle_settings();
 
-/// Error, with the line, for unknown tables and keys, wrong types, and values that cannot be or do not go together.
+/// Error, with the line, for unknown tables and keys, wrong types, and values that cannot be or do not go
+/// together.
 [[nodiscard]] VehicleSettings read_vehicle_settings(const std::filesystem::path& file);
 /// The same from text; `name` stands for the file in errors.
 [[nodiscard]] VehicleSettings parse_vehicle_settings(const std::string& text, const std::string& name);

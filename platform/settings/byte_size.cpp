@@ -1,4 +1,4 @@
-#include "alces_offline/byte_size.h"
+#include "alces_platform/settings/byte_size.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-namespace alces::offline {
+namespace alces::settings {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, double>, 8> units = {{{"", 1},
@@ -47,4 +47,13 @@ std::string format_byte_size(std::size_t bytes) {
   return fmt::format("{:.2f} GiB", size / (1024.0 * 1024 * 1024));
 }
 
-}  // namespace alces::offline
+std::string exact_byte_size(std::size_t bytes) {
+  constexpr std::array<std::pair<std::size_t, const char*>, 3> powers{
+      {{std::size_t{1} << 30, "GiB"}, {std::size_t{1} << 20, "MiB"}, {std::size_t{1} << 10, "KiB"}}};
+  for (const auto& [size, name] : powers) {
+    if (bytes != 0 && bytes % size == 0) return fmt::format("{}{}", bytes / size, name);
+  }
+  return fmt::format("{}", bytes);
+}
+
+}  // namespace alces::settings

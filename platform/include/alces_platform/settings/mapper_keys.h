@@ -1,0 +1,129 @@
+// The one list of a mapper's keys: their tables, names, ranges and comments, shared by all that reads or
+// writes them (map.toml, vehicle.toml, run.json). A visitor has
+//   table(name, comment)
+//   number(key, value, least, most, comment)
+//   flag(key, value, comment)
+//   choice(key, value, names, comment)
+// and is handed references into the configuration: const ones when that is const.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "alces/mapper.h"
+
+namespace alces::settings {
+
+/// The words for an enumeration's values.
+template <typename Enum>
+using Names = std::vector<std::pair<const char*, Enum>>;
+
+template <typename Config, typename Visitor>
+void visit_icp(Config& icp, Visitor& visit) {
+  visit.choice("metric", icp.metric,
+               {{"point_to_point", IcpMetric::point_to_point}, {"surface", IcpMetric::surface}},
+               "surface: along the normals, where there is a plane; point_to_point: the paper's");
+  visit.number("maximum_iterations", icp.maximum_iterations, 1, 10000, "");
+  visit.number("first_distance_limit_m", icp.first_distance_limit_m, 1e-3, 1e3,
+               "of a correspondence, in the first iteration");
+  visit.number("last_distance_limit_m", icp.last_distance_limit_m, 1e-3, 1e3, "what it shrinks to");
+  visit.number("limit_factor", icp.limit_factor, 0.01, 1, "by this much an iteration");
+  visit.number("translation_epsilon_m", icp.translation_epsilon_m, 0, 1, "converged when moving less");
+  visit.number("rotation_epsilon_rad", icp.rotation_epsilon_rad, 0, 1, "and turning less");
+  visit.number("minimum_correspondences", icp.minimum_correspondences, 3, 1e9, "fewer: no match");
+  visit.number("coarse_stride", icp.coarse_stride, 1, 1000,
+               "every so many samples, until the last distance limit is reached");
+  visit.number("robust_factor", icp.robust_factor, 0, 1e6,
+               "residuals above this many rms of the last iteration count little; 0: all alike");
+  visit.number("robust_scale_m", icp.robust_scale_m, 0, 1e3, "but those below this never do");
+  visit.number("rough_weight", icp.rough_weight, 0, 1, "weight of the distance where there is no plane");
+  visit.number("degenerate_ratio", icp.degenerate_ratio, 0, 1,
+               "smallest over largest curvature below this: a direction is undetermined");
+}
+
+/// Every number of a mapper, in the order of the file.
+template <typename Config, typename Visitor>
+void visit_mapper(Config& config, Visitor& visit) {
+  visit.table("memory", "What does not fit the pool goes to the archive.");
+  visit.number("scan_capacity", config.scan_capacity, 0, 1e8, "0: as many as there are, or as memory allows");
+  visit.number("loop_capacity", config.loop_capacity, 0, 1e8, "loops closed");
+  visit.number("pool_bytes", config.pool_bytes, 0, 1e15, "of stored scans; 0: what is left of the memory");
+  visit.number("cache_slots", config.cache_slots, 1, 1e5, "scans unpacked at a time");
+  visit.number("correspondence_capacity", config.correspondence_capacity, 1, 1e8, "of a match");
+
+  visit.table("voxel", "A scan is thinned out to one point a cell.");
+  visit.number("cell_size_m", config.voxel.cell_size_m, 1e-3, 100, "");
+  visit.choice("representative", config.voxel.representative,
+               {{"measured", CellRepresentative::measured},
+                {"centroid", CellRepresentative::centroid},
+                {"center", CellRepresentative::center}},
+               "measured: the point nearest the centroid; or centroid, or center of the cell");
+  visit.number("cell_capacity", config.voxel.cell_capacity, 1, 1 << 24,
+               "points that a thinned scan can have");
+  visit.number("minimum_range_m", config.voxel.minimum_range_m, 0, 1e4, "nearer is the vehicle itself");
+  visit.number("maximum_range_m", config.voxel.maximum_range_m, 0, 1e4, "farther points are left out");
+
+  visit.table("surface", "Samples with normals: what moves in a match.");
+  visit.number("sample_capacity", config.surface.sample_capacity, 1, 1 << 24, "a scan");
+  visit.number("neighbors", config.surface.neighbors, 3, KdTree::maximum_neighbors, "of the plane fit");
+  visit.number("neighbor_radius_m", config.surface.neighbor_radius_m, 1e-3, 100, "");
+
+  visit.table("scan_match", "A new scan onto the last ones.");
+  visit.number("model_scans", config.model_scans, 1, Icp::maximum_model_scans, "how many; 1: pairwise");
+  visit.flag("learn_odometry_heading", config.learn_odometry_heading,
+             "predict with the heading offset that matches show the odometry to have");
+  visit_icp(config.scan_match, visit);
+
+  visit.table("edge_uncertainty", "What a match is believed to know.");
+  visit.flag("label_with_appendix_a", config.label_with_appendix_a,
+             "the paper's covariance instead of the curvature minimised on");
+  visit.number("inflation", config.edge_uncertainty.inflation, 1e-6, 1e6, "factor on the covariance");
+  visit.number("minimum_translation_m", config.edge_uncertainty.minimum_translation_m, 1e-12, 100,
+               "standard deviation added on each axis");
+  visit.number("minimum_rotation_rad", config.edge_uncertainty.minimum_rotation_rad, 1e-12, 10,
+               "standard deviation added about each axis");
+
+  visit.table("detector", "Which earlier scan is near enough to close a loop with.");
+  visit.number("radius_m", config.detector.radius_m, 1e-3, 1e4, "");
+  visit.number("radius_cap_m", config.detector.radius_cap_m, 1e-3, 1e4,
+               "of the reach that uncertainty widens");
+  visit.number("sigma_factor", config.detector.sigma_factor, 0, 1e3,
+               "reach = radius + factor * standard deviation; 0: always the radius");
+  visit.number("minimum_gap_scans", config.detector.minimum_gap_scans, 1, 1e8, "in between");
+
+  visit.table("trigger", "When a loop is closed: at the closest approach.");
+  visit.flag("close_loops", config.close_loops, "");
+  visit.number("hysteresis_m", config.trigger.hysteresis_m, 0, 1e4,
+               "the distance grows when by more than this");
+  visit.number("patience_scans", config.trigger.patience_scans, 0, 1e8,
+               "or when so many scans came no nearer; 0: do not count them");
+  visit.number("repeat_after_scans", config.trigger.repeat_after_scans, 0, 1e8,
+               "further loops along the old track; 0: none");
+
+  visit.table("loop_match", "The scans around the end of a loop onto those around its start.");
+  visit.number("scans_around_first", config.scans_around_first, 0, 7, "on either side");
+  visit.number("scans_before_last", config.scans_before_last, 0, 14, "");
+  visit_icp(config.loop_match, visit);
+
+  visit.table("loop_search", "Where the match of a loop starts, when it does not come together straight.");
+  visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1, "from here on no other start is tried");
+  visit.number("turn_step_rad", config.loop_search.turn_step_rad, 0, 3.2,
+               "starts turned by multiples of this");
+  visit.number("turn_steps", config.loop_search.turn_steps, 0, 100, "to each side");
+  visit.number("iterations", config.loop_search.iterations, 1, 10000, "of each such start");
+  visit.number("candidates", config.loop_search.candidates, 1, 100,
+               "scans tried in all, when the nearest is refused");
+
+  visit.table("belief", "When a loop is believed before it bends the map.");
+  visit.number("minimum_overlap", config.belief.minimum_overlap, 0, 1, "share of the samples with a partner");
+  visit.number("maximum_rms_m", config.belief.maximum_rms_m, 0, 1e3, "of the residuals");
+  visit.number("maximum_mahalanobis2", config.belief.maximum_mahalanobis2, 0, 1e12,
+               "of the correction, against the uncertainty accumulated along the loop");
+
+  visit.table("sharing", "How the error of a loop is shared out.");
+  visit.choice("rule", config.sharing, {{"trails", SharingRule::trails}, {"paper", SharingRule::paper}},
+               "trails: into the edges where it most likely arose; paper: by LOA's weights");
+}
+
+}  // namespace alces::settings
