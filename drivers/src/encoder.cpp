@@ -26,9 +26,10 @@ constexpr double loss_sigma_rad = 0.1;
 }  // namespace
 
 Encoder::Encoder(const EncoderConfig& config, NoticePort& notices)
-    : config_(config), notices_(notices, "encoder"), history_(config.smoothness) {
-  last_known_angle_rad_ = config.index_angle_rad;
-}
+    : config_(config),
+      notices_(notices, "encoder"),
+      history_(config.smoothness),
+      last_known_angle_rad_(config.index_angle_rad) {}
 
 bool Encoder::is_stamp_good(std::int64_t stamp_ns) {
   const bool is_sane = stamp_ns >= 0 && stamp_ns <= last_sane_stamp_ns;
@@ -56,18 +57,16 @@ void Encoder::begin_anew() {
 void Encoder::on_edge(const GpioEdge& edge, std::int64_t stamp_ns) {
   if (!is_stamp_good(stamp_ns)) return;
   ++counters_.edges;
-  if (edge.line == EncoderConfig::no_line) {
-    ++counters_.edges_of_other_lines;
-  } else if (edge.line == config_.index_line) {
+  if (edge.line == config_.index_line && has_index()) {
     note_sequence(0, edge, stamp_ns);
     if (edge.is_rising == config_.index_is_rising) on_pulse(stamp_ns);
-  } else if (edge.line == config_.a_line) {
+  } else if (edge.line == config_.a_line && edge.line != EncoderConfig::no_line) {
     note_sequence(1, edge, stamp_ns);
     on_quadrature_edge(Quadrature::Line::a, edge, stamp_ns);
-  } else if (edge.line == config_.b_line) {
+  } else if (edge.line == config_.b_line && edge.line != EncoderConfig::no_line) {
     note_sequence(2, edge, stamp_ns);
     on_quadrature_edge(Quadrature::Line::b, edge, stamp_ns);
-  } else if (edge.line == config_.sync_line) {
+  } else if (edge.line == config_.sync_line && edge.line != EncoderConfig::no_line) {
     note_sequence(3, edge, stamp_ns);
     if (edge.is_rising) {
       ++counters_.sync_pulses;

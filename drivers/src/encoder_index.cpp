@@ -156,7 +156,13 @@ void Encoder::judge_by_time(std::int64_t stamp_ns, double shape_rad, bool has_sh
 void Encoder::take_first(std::int64_t stamp_ns, double shape_rad, bool has_shape) {
   const bool is_forward = has_shape ? is_forward_now() : config_.expected_speed_rad_s > 0;
   const double flank_rad = flank_angle_rad(is_forward);
-  const double guess_rad = history_.is_empty() ? last_known_angle_rad_ : history_.newest().angle_rad;
+  // Where it was, and what it should have turned since: so that a lost angle goes on in its direction.
+  double guess_rad = last_known_angle_rad_;
+  if (!history_.is_empty()) {
+    const AngleNode& last = history_.newest();
+    const std::int64_t since_ns = std::max<std::int64_t>(0, stamp_ns - last.stamp_ns);
+    guess_rad = last.angle_rad + config_.expected_speed_rad_s * seconds(since_ns);
+  }
   const std::int64_t turn = std::llround((guess_rad - flank_rad) / turn_rad);
   const double angle_rad = flank_rad + turn_rad * static_cast<double>(turn);
   reference_ = {true, has_shape, is_forward, stamp_ns, shape_rad, angle_rad, turn, config_.index_sigma_rad};

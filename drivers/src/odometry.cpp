@@ -105,21 +105,21 @@ bool Odometry::is_frame_new(Message& message, const CanFrame& frame, std::int64_
   return true;
 }
 
-void Odometry::on_frame(const CanFrame& frame, std::int64_t received_ns) {
+void Odometry::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
   Message* const message = message_of(frame);
   if (message == nullptr || frame.size > CanFrame::maximum_bytes) return;
   ++counters_.frames;
-  if (!is_stamp_good(received_ns)) return;
-  const std::int64_t stamp_ns = received_ns - config_.latency_ns;
-  if (!is_frame_new(*message, frame, stamp_ns)) return;
-  take_alive_counter(frame, stamp_ns);
-  watch_frozen(stamp_ns);
+  if (!is_stamp_good(stamp_ns)) return;
+  const std::int64_t sampled_ns = stamp_ns - config_.latency_ns;
+  if (!is_frame_new(*message, frame, sampled_ns)) return;
+  take_alive_counter(frame, sampled_ns);
+  watch_frozen(sampled_ns);
   if (is_frozen_) return;
   for (std::size_t channel = 0; channel < signal_count; ++channel) {
     if (!sources_[channel].is_in(frame)) continue;
     const SignalValue value = extract(sources_[channel].signal, frame.bytes());
     if (value.status == SignalStatus::ok) {
-      take_value(channel, value.value, stamp_ns);
+      take_value(channel, value.value, sampled_ns);
     } else {
       ++(value.status == SignalStatus::frame_too_short ? counters_.frames_too_short
                                                        : counters_.values_out_of_limits);

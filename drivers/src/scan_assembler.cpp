@@ -122,7 +122,7 @@ void ScanAssembler::store(const Profile& profile, std::int64_t end_ns) {
 
 void ScanAssembler::remove_oldest() {
   const std::uint32_t slot = memory_.order[0];
-  std::copy(memory_.order.begin() + 1, memory_.order.begin() + waiting_count_, memory_.order.begin());
+  std::ranges::copy(memory_.order.subspan(1, waiting_count_ - 1), memory_.order.begin());
   --waiting_count_;
   memory_.order[waiting_count_] = slot;
 }

@@ -104,29 +104,17 @@ void ScanAssembler::project_piece(const Waiting& profile, std::span<const float>
   const double step = last_ray == first_ray ? 0.0 : 1.0 / (last_ray - first_ray);
   const Knot change{frame[1].x_axis - frame[0].x_axis, frame[1].y_axis - frame[0].y_axis,
                     frame[1].origin_m - frame[0].origin_m};
+  const auto nearest_m = static_cast<float>(laser.minimum_range_m);
+  const auto farthest_m = static_cast<float>(laser.maximum_range_m);
+  std::uint32_t count = open_.points;
   for (std::size_t ray = first_ray; ray < ranges_m.size(); ++ray) {
-    const auto range_m = static_cast<double>(ranges_m[ray]);
-    if (range_m == 0) {
-      ++counters_.rays_without_range;
-      ++open_.rays_without_range;
+    const float range = ranges_m[ray];
+    const bool is_measured = range > 0 && range >= nearest_m && range <= farthest_m;
+    if (!is_measured) {
+      count_without_point(range, nearest_m);
       continue;
     }
-    if (!std::isfinite(range_m)) {
-      ++counters_.rays_not_finite;
-      continue;
-    }
-    if (ranges_m[ray] == masked_range_m) {
-      ++counters_.rays_masked;
-      continue;
-    }
-    if (range_m < laser.minimum_range_m) {
-      ++counters_.rays_too_near;
-      continue;
-    }
-    if (range_m > laser.maximum_range_m) {
-      ++counters_.rays_too_far;
-      continue;
-    }
+    const auto range_m = static_cast<double>(range);
     const double fraction = static_cast<double>(ray - first_ray) * step;
     const double x_m = range_m * static_cast<double>(directions[ray].x);
     const double y_m = range_m * static_cast<double>(directions[ray].y);
@@ -138,15 +126,29 @@ void ScanAssembler::project_piece(const Waiting& profile, std::span<const float>
         continue;
       }
     }
-    if (open_.points == memory_.points.size()) {
+    if (count == memory_.points.size()) {
       ++counters_.rays_without_room;
       continue;
     }
     const Eigen::Vector3d base_m = frame[0].origin_m + x_m * frame[0].x_axis + y_m * frame[0].y_axis;
     const Eigen::Vector3d change_m = change.origin_m + x_m * change.x_axis + y_m * change.y_axis;
     const Eigen::Vector3d point_m = base_m + fraction * change_m;
-    memory_.points[open_.points++] = {static_cast<float>(point_m.x()), static_cast<float>(point_m.y()),
-                                      static_cast<float>(point_m.z())};
+    memory_.points[count++] = {static_cast<float>(point_m.x()), static_cast<float>(point_m.y()),
+                               static_cast<float>(point_m.z())};
+  }
+  open_.points = count;
+}
+
+void ScanAssembler::count_without_point(float range_m, float nearest_m) {
+  if (range_m == 0) {
+    ++counters_.rays_without_range;
+    ++open_.rays_without_range;
+  } else if (range_m == masked_range_m) {
+    ++counters_.rays_masked;
+  } else if (!std::isfinite(range_m)) {
+    ++counters_.rays_not_finite;
+  } else {
+    ++(range_m < nearest_m || range_m < 0 ? counters_.rays_too_near : counters_.rays_too_far);
   }
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "../src/candump_lines.h"
+#include "alces_offline/candump_lines.h"
 #include "alces_offline/error.h"
 #include "alces_offline/explain_can.h"
 #include "command.h"
@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* footer = R"(Examples:
   alces explain-can candump.txt                       CANopen and CiA 402 by the standards' defaults
-  alces explain-can candump.txt --dcf drive.dcf       with the device's own names, types and PDO mapping
+  alces explain-can candump.txt --dcf drive.dcf       with the device's own objects, types and PDO mapping
   alces explain-can candump.txt --dcf drive.eds --node 3 --json
 
 Traces: candump's text, from the screen (with or without times) or from a log (-l, -L). Lines worth a look are

@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
   add_replay_command(alces);
   add_simulate_command(alces);
   add_explain_can_command(alces);
+  add_convert_command(alces);
 
   try {
     alces.parse(argc, argv);

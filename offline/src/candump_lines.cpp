@@ -1,4 +1,4 @@
-#include "candump_lines.h"
+#include "alces_offline/candump_lines.h"
 
 #include <fmt/core.h>
 

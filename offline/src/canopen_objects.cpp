@@ -7,7 +7,8 @@
 #include <iterator>
 #include <vector>
 
-#include "alces_drivers/canopen/codes.h"
+#include "alces_drivers/canopen/emcy.h"
+#include "alces_drivers/canopen/sdo_abort.h"
 
 namespace alces::offline {
 namespace {
@@ -210,15 +211,16 @@ std::string cob_id(std::uint32_t value, bool is_pdo) {
   return words;
 }
 
-std::string transmission_type(std::int64_t type) {
+std::string transmission_type(std::int64_t type, bool is_transmit) {
+  if (type > 240 && type < (is_transmit ? 252 : 254)) return fmt::format("{} (reserved)", type);
+  if (!is_transmit)
+    return fmt::format("{} ({})", type, type <= 240 ? "taken at the next SYNC" : "taken at once");
   if (type == 0) return "0 (at SYNC, when changed)";
   if (type == 1) return "1 (at every SYNC)";
-  if (type <= 240) return fmt::format("{} (at every {}th SYNC)", type, type);
+  if (type <= 240) return fmt::format("{} (once in {} SYNCs)", type, type);
   if (type == 252) return "252 (sampled at SYNC, sent on remote request)";
   if (type == 253) return "253 (on remote request)";
-  if (type == 254) return "254 (event, manufacturer's)";
-  if (type == 255) return "255 (event, device profile's)";
-  return fmt::format("{} (reserved)", type);
+  return fmt::format("{} ({}'s events)", type, type == 254 ? "the manufacturer" : "the device profile");
 }
 
 std::string signature(std::uint32_t value) {
@@ -346,7 +348,7 @@ std::string controlword_text(unsigned controlword) {
 std::string error_register_text(unsigned error_register) {
   std::vector<std::string> bits;
   for (unsigned bit = 0; bit < 8; ++bit) {
-    if ((error_register >> bit & 1) != 0) bits.emplace_back(canopen::error_register_bit_text(bit));
+    if ((error_register >> bit & 1) != 0) bits.emplace_back(canopen::error_register_text(static_cast<std::uint8_t>(bit)));
   }
   return fmt::format("0x{:02X} ({})", error_register, bits.empty() ? "no error" : joined(bits));
 }
@@ -434,7 +436,7 @@ std::string CanopenObjects::words(std::uint16_t index, std::uint8_t sub, ObjectB
       break;
   }
   if (is_communication(index) && sub == 1) return cob_id(bits, true);
-  if (is_communication(index) && sub == 2) return transmission_type(number);
+  if (is_communication(index) && sub == 2) return transmission_type(number, index >= 0x1800);
   if (is_communication(index) && sub == 3) return fmt::format("{:g} ms", static_cast<double>(number) / 10);
   if (is_communication(index) && sub == 5) return number == 0 ? "0 ms (off)" : fmt::format("{} ms", number);
   if (is_mapping(index) && sub > 0) {

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "alces_drivers/canopen/codes.h"
+#include "alces_drivers/canopen/emcy.h"
+#include "alces_drivers/canopen/sdo_abort.h"
 #include "can_error_words.h"
 #include "canopen_objects.h"
 #include "explain_sdo.h"

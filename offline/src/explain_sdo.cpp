@@ -2,7 +2,8 @@
 
 #include <fmt/core.h>
 
-#include "alces_drivers/canopen/codes.h"
+#include "alces_drivers/canopen/emcy.h"
+#include "alces_drivers/canopen/sdo_abort.h"
 
 namespace alces::offline {
 namespace {

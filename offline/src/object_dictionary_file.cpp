@@ -241,12 +241,13 @@ class ObjectDictionaryFileParser {
 
   void expand_compact() {
     for (const Compact& compact : compacts_) {
-      ObjectDescription number;
-      number.name = "NrOfObjects";
-      number.data_type = 5;
-      number.access = "ro";
-      number.default_value = std::to_string(compact.count);
-      result_.objects_.try_emplace(key_of(compact.index, 0), number);
+      ObjectDescription& number = result_.objects_.try_emplace(key_of(compact.index, 0)).first->second;
+      if (number.data_type == 0) {
+        number.name = "NrOfObjects";
+        number.data_type = 5;
+        number.access = "ro";
+        number.default_value = std::to_string(compact.count);
+      }
       for (std::size_t sub = 1; sub <= compact.count; ++sub) {
         const std::uint32_t key = key_of(compact.index, static_cast<std::uint8_t>(sub));
         ObjectDescription object = compact.description;

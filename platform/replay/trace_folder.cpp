@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <system_error>
 
 #include "alces_platform/recording/channels.h"
@@ -47,7 +47,7 @@ Format format_of(const fs::path& file) {
   const std::string extension = file.extension().string();
   if (name == order_name) return Format::order;
   if (name == recording::configuration_name) return Format::configuration;
-  if (extension == ".bin") return Format::bytes;
+  if (extension == ".bin" && byte_channel_of(name) >= 0) return Format::bytes;
   if (extension == ".times") return Format::byte_times;
   if (extension == ".mcap" || begins_with_magic(file)) return Format::recording;
   LineReader lines(file);
@@ -66,12 +66,8 @@ Format format_of(const fs::path& file) {
 
 std::unique_ptr<EventSource> open_bytes(const fs::path& file, const TraceOptions& options) {
   const std::string name = file.filename().string();
-  const int channel = byte_channel_of(name);
-  if (channel < 0)
-    throw TraceError(file.string() +
-                     ": whose bytes these are is not clear; let the name begin with laser_a, laser_b or gps");
   RawBytesOptions raw;
-  raw.channel = static_cast<std::uint8_t>(channel);
+  raw.channel = static_cast<std::uint8_t>(byte_channel_of(name));
   raw.is_sent = name.find(".sent") != std::string::npos;
   raw.baud = options.baud;
   return std::make_unique<RawBytesReader>(file, fs::path(file).replace_extension(".times"), raw);
@@ -93,14 +89,26 @@ std::unique_ptr<EventSource> open_trace(const fs::path& file, Format format, con
 }
 
 std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
 }
 
 std::uint64_t size_of(const fs::path& file) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
   return error ? 0 : size;
+}
+
+std::int64_t utc_offset_in(const fs::path& order) {
+  LineReader lines(order);
+  std::string_view line;
+  std::int64_t offset_ns = 0;
+  while (lines.next(line) && line.starts_with('#')) {
+    if (line.starts_with(order_utc_offset) && parse_signed(line.substr(order_utc_offset.size()), offset_ns))
+      break;
+  }
+  return offset_ns;
 }
 
 std::int64_t offset_of(const fs::path& file, const TraceOptions& options) {
@@ -138,13 +146,18 @@ Traces open_folder(const fs::path& folder, const TraceOptions& options) {
       !fs::exists(order) || !options.clock_offsets_ns.empty() || options.merging.align_starts;
   std::unique_ptr<OrderedSource> ordered;
   auto merged = std::make_unique<EventMerger>(options.merging);
-  if (!is_merged) ordered = std::make_unique<OrderedSource>(order);
+  TraceOptions file_options = options;
+  if (!is_merged) {
+    ordered = std::make_unique<OrderedSource>(order);
+    traces.utc_offset_ns = utc_offset_in(order);
+    file_options.candump = {};  // events.txt says which bus it is
+  }
   bool has_trace = false;
   for (const fs::path& file : files) {
     const Format format = format_of(file);
     if (format == Format::configuration) traces.configuration = text_of(file);
     if (format == Format::order) has_trace = has_trace || !is_merged;
-    std::unique_ptr<EventSource> source = open_trace(file, format, options);
+    std::unique_ptr<EventSource> source = open_trace(file, format, file_options);
     if (source) {
       traces.total_bytes += size_of(file);
       traces.files.push_back(file.filename().string());
@@ -181,8 +194,10 @@ Traces open_traces(const fs::path& path, const TraceOptions& options) {
   if (format == Format::recording) return open_recording(path);
   std::unique_ptr<EventSource> source = open_trace(path, format, options);
   if (!source)
-    throw TraceError(path.string() +
-                     ": is neither a recording nor a trace of candump, gpiomon or a GPS receiver");
+    throw TraceError(
+        path.string() +
+        ": is neither a recording nor a trace of candump, gpiomon or a GPS receiver (raw bytes: let "
+        "the name be laser_a.bin, laser_b.bin or gps.bin)");
   Traces traces;
   auto merged = std::make_unique<EventMerger>(options.merging);
   merged->add(std::move(source), offset_of(path, options));

@@ -45,27 +45,28 @@ TraceFile::TraceFile(const std::filesystem::path& file)
     std::string sentence = name_;
     sentence += ": cannot be written (";
     sentence += std::strerror(errno);
-    throw TraceError(sentence + ")");
+    throw TraceWriteError(sentence + ")");
   }
 }
 
 void TraceFile::write(std::string_view bytes) {
   stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!stream_) throw TraceError(name_ + ": cannot be written; is the disk full?");
+  if (!stream_) throw TraceWriteError(name_ + ": cannot be written; is the disk full?");
 }
 
 void TraceFile::finish() {
   stream_.close();
-  if (!stream_) throw TraceError(name_ + ": cannot be written; is the disk full?");
+  if (!stream_) throw TraceWriteError(name_ + ": cannot be written; is the disk full?");
 }
 
-TraceFolderWriter::TraceFolderWriter(std::filesystem::path folder, TraceWriterOptions options)
+TraceFolderWriter::TraceFolderWriter(std::filesystem::path folder, TraceWriterOptions options,
+                                     std::int64_t utc_offset_ns)
     : folder_(std::move(folder)), options_(std::move(options)) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error || !std::filesystem::is_directory(folder_))
-    throw TraceError(folder_.string() + ": the folder cannot be made (" +
-                     (error ? error.message() : std::string("a file is in the way")) + ")");
+    throw TraceWriteError(folder_.string() + ": the folder cannot be made (" +
+                          (error ? error.message() : std::string("a file is in the way")) + ")");
   // What an earlier drive left would be taken for a part of this one.
   for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder_)) {
     const std::string name = entry.path().filename().string();
@@ -75,7 +76,13 @@ TraceFolderWriter::TraceFolderWriter(std::filesystem::path folder, TraceWriterOp
                           (name.ends_with(".bin") || name.ends_with(".times") || name.ends_with(".nmea")));
     if (is_ours && entry.is_regular_file()) std::filesystem::remove(entry.path(), error);
   }
-  file(std::string(order_name)).write(order_head);
+  TraceFile& order = file(std::string(order_name));
+  order.write(order_head);
+  if (utc_offset_ns != 0) {
+    std::string line(order_utc_offset);
+    line += std::to_string(utc_offset_ns);
+    order.write(line += '\n');
+  }
 }
 
 TraceFile& TraceFolderWriter::file(const std::string& name) {
@@ -174,15 +181,15 @@ TraceFileWriter::TraceFileWriter(const std::filesystem::path& file, TraceWriterO
   } else if (extension == ".bin") {
     const int channel = byte_channel_of(file.filename().string());
     if (channel < 0)
-      throw TraceError(file.string() +
-                       ": whose bytes these are to be is not clear; begin the name with laser_a, "
-                       "laser_b or gps");
+      throw TraceWriteError(file.string() +
+                            ": whose bytes these are to be is not clear; begin the name with laser_a, "
+                            "laser_b or gps");
     kind_ = Kind::bytes;
     channel_ = static_cast<std::uint8_t>(channel);
   } else {
-    throw TraceError(file.string() +
-                     ": what to write is not clear; end the name in .log (candump), .txt (gpiomon) "
-                     "or .bin (raw bytes), in .mcap, or name a folder");
+    throw TraceWriteError(file.string() +
+                          ": what to write is not clear; end the name in .log (candump), .txt (gpiomon) "
+                          "or .bin (raw bytes), in .mcap, or name a folder");
   }
   files_.emplace_back(file);
   if (kind_ == Kind::bytes) files_.emplace_back(std::filesystem::path(file).replace_extension(".times"));

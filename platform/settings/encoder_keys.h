@@ -45,8 +45,7 @@ void visit_encoder(Config& scanner, Visitor& visit) {
              "the position's time is that of the SYNC, not of the frame");
   duration_ms(visit, "drive_latency_ms", encoder.drive_latency_ns, 0, 60000,
               "a position is that much older still");
-  encoder_line(visit, "a_line", encoder.a_line,
-               "quadrature; as many edges as four times the lines of the disc");
+  encoder_line(visit, "a_line", encoder.a_line, "quadrature");
   encoder_line(visit, "b_line", encoder.b_line, "");
   visit.number("quadrature_direction", encoder.quadrature_direction, -1, 1,
                "1: A leads B when the head's angle grows; or -1");

@@ -108,7 +108,21 @@ void visit_laser(Settings& vehicle, std::size_t number, Visitor& visit) {
             "then pitch about y, then yaw about z. The laser's own frame: x straight ahead, its rays turn\n"
             "anticlockwise about its z. Roll 90 stands the scan plane up, its first ray pointing down."
           : "The second laser: back to back with the first, half a turn of the head sees all around.\n"
-            "Not there when scanner.lasers is 1.");
+            "Not there when scanner.lasers is 1. A laser over TCP has these instead of device and of the "
+            "keys\n"
+            "from measuring_baud on:\n"
+            "  make = \"cola_b\"\n"
+            "  host = \"192.168.0.1\"\n"
+            "  port = 2112\n"
+            "  model = \"lms5xx\"                  lms1xx, lms5xx, tim\n"
+            "  scan_frequency_hz = 25             expected; set in the laser with sets_scan\n"
+            "  sets_scan = false                  true: the laser takes the frequency and these angles:\n"
+            "  angle_step_deg = 0.5\n"
+            "  start_angle_deg = -5               the laser's own angle\n"
+            "  stop_angle_deg = 185\n"
+            "  straight_ahead_deg = 90            the laser's angle that is 0 for us\n"
+            "  password_hash = 0xF4724744         of its \"authorized client\"\n"
+            "  is_listen_only = false");
   auto& make = vehicle.scanner.laser_makes[number];
   visit.choice("make", make, {{"lms2xx", LaserMake::lms2xx}, {"cola_b", LaserMake::cola_b}},
                "lms2xx: SICK LMS 200/211/221/291, serial; cola_b: SICK LMS 1xx, LMS 5xx, TiM, TCP");

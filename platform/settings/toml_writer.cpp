@@ -37,7 +37,7 @@ void TomlWriter::line(const char* key, const std::string& value, const char* com
   if (is_inline_) {
     document += (document.empty() ? "" : ", ") + setting;
   } else {
-    document += *comment == '\0' ? setting + "\n" : fmt::format("{:<36}# {}\n", setting, comment);
+    document += *comment == '\0' ? setting + "\n" : fmt::format("{:<35} # {}\n", setting, comment);
   }
 }
 

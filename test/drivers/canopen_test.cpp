@@ -533,6 +533,11 @@ TEST_CASE("a master hands each frame to those that want it, and its SYNC to all 
   master.on_tick(50 * ns_per_ms);
   CHECK(port.sent.size() == before);
   CHECK(second.ticks == 2);
+  port.is_full = true;
+  CHECK_FALSE(master.order({NmtCommand::stop, all_nodes}));
+  CHECK(master.counters().nmt_not_taken == 1);
+  CHECK(master.counters().sync.sent == 1);
+  port.is_full = false;
   REQUIRE(master.order({NmtCommand::stop, all_nodes}));
   CHECK(port.sent.back() == frame_of(0, {2, 0}));
 }

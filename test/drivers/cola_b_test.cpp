@@ -122,7 +122,9 @@ std::vector<Bytes> parse(FrameParser& parser, std::span<const std::uint8_t> byte
 }
 
 void put(Bytes& bytes, std::uint32_t value, std::size_t count) {
-  for (std::size_t i = count; i-- > 0;) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i) & 0xff));
+  for (std::size_t i = count; i-- > 0;)
+    bytes.push_back(
+        static_cast<std::uint8_t>(std::uint64_t{value} >> (8 * std::min<std::size_t>(i, 7)) & 0xff));
 }
 
 struct Fake {

@@ -509,6 +509,14 @@ TEST_CASE("a drive that is reset in mid-turn costs the angle until the next inde
   const double reset_s = seconds(reset_ns - begin_ns);
   CHECK(run.ok_share(reset_s + 2, 29) > 0.98);
 
+  double before_rad = -1e9;  // and goes on in its direction
+  for (const Asked& asked : run.answers) {
+    if (asked.answer.status != AngleStatus::ok) continue;
+    CHECK(asked.answer.angle_rad > before_rad);
+    before_rad = asked.answer.angle_rad;
+  }
+  CHECK(before_rad == Approx(head.truth_rad(run.answers.back().stamp_ns)).margin(1e-3));
+
   config.maximum_wait_ns = 3 * ns_per_s;  // who waits longer loses nothing but the jump itself
   const Run patient(config, wires);
   CHECK(patient.errors(head).rad < 1e-3);
@@ -683,6 +691,54 @@ TEST_CASE("index pulses that stay away are reported once, and so is their return
   CHECK(run.log.has("stay away"));
   CHECK(run.log.has("are back"));
   CHECK(run.errors(head).sigmas < 3);
+}
+
+TEST_CASE("half an hour of turning adds no error") {
+  Head head;
+  head.duration_s = 1800;
+  const Run run(config_for(head), head.wires());
+  CHECK(run.errors(head, 5, 1e9).rad < 1e-4);
+  CHECK(run.ok_share(5, 1799) > 0.99);
+  CHECK(run.encoder->counters().index_missing + run.encoder->counters().index_extra == 0);
+  CHECK(run.encoder->counters().history_breaks == 0);
+}
+
+TEST_CASE("the profile-sync line is counted and its last pulse kept") {
+  NoticeLog log;
+  EncoderConfig config = config_for(Head{});
+  config.sync_line = 5;
+  Encoder encoder(config, log);
+  for (int i = 0; i < 10; ++i) {
+    encoder.on_edge({5, true, 0}, begin_ns + i * 13 * ns_per_ms);
+    encoder.on_edge({5, false, 0}, begin_ns + i * 13 * ns_per_ms + ns_per_ms);
+  }
+  encoder.on_edge({9, true, 0}, begin_ns + ns_per_s);
+  encoder.on_edge({EncoderConfig::no_line, true, 0}, begin_ns + ns_per_s);
+  CHECK(encoder.counters().sync_pulses == 10);
+  CHECK(encoder.last_sync_stamp_ns() == begin_ns + 9 * 13 * ns_per_ms);
+  CHECK(encoder.counters().edges_of_other_lines == 2);
+}
+
+TEST_CASE("a pulse's other flank counts when the head turns back") {
+  // A mark 0.1 rad wide: the line is high within it, and rises at the far flank when the head comes from
+  // there.
+  Head head;
+  head.has_index = false;
+  head.angle_rad = [](double t_s) { return t_s < 15 ? speed_rad_s * t_s - 1 : speed_rad_s * (30 - t_s) - 1; };
+  std::vector<Wire> wires = head.wires();
+  const auto is_high = [&](std::int64_t t) {
+    return head.truth_rad(t) - turn_rad * std::floor(head.truth_rad(t) / turn_rad) < 0.1;
+  };
+  for (std::int64_t t = begin_ns; t < begin_ns + 29 * ns_per_s; t += 50 * ns_per_us) {
+    if (!is_high(t) && is_high(t + 50 * ns_per_us)) add_pulse(wires, t + 25 * ns_per_us);
+  }
+  EncoderConfig config = config_for(head);
+  config.index_line = index_line;
+  config.index_width_rad = 0.1;
+  const Run run(config, wires);
+  CHECK(run.encoder->counters().index_pulses > 10);
+  CHECK(run.encoder->counters().index_extra == 0);
+  CHECK(run.errors(head, 3, 29).rad < 1e-3);
 }
 
 TEST_CASE("the same wires give the same bits") {

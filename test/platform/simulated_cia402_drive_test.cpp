@@ -10,7 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "alces_drivers/canopen/codes.h"
+#include "alces_drivers/canopen/emcy.h"
+#include "alces_drivers/canopen/sdo_abort.h"
 
 using alces::CanFrame;
 using namespace alces::sim;

@@ -29,10 +29,11 @@ namespace alces::test {
 /// Keeps what was sent; takes nothing when it is full.
 struct FakeCanPort final : CanPort {
   bool is_full = false;
+  std::optional<std::uint32_t> refused_id;
   std::vector<CanFrame> sent;
 
   bool send(const CanFrame& frame) override {
-    if (is_full) return false;
+    if (is_full || frame.id == refused_id) return false;
     sent.push_back(frame);
     return true;
   }

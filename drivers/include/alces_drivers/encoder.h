@@ -28,7 +28,7 @@
 // The profile-sync line is counted and its last stamp kept. It does not refine the rays' times: the laser
 // drivers' filter of delays does that, and a head with such a line can check it by last_sync_stamp_ns().
 //
-// Memory: about 70 KiB in the object. on_...: O(1), O(counts of a turn) at a pulse; angle_at: O(log
+// Memory: about 65 KiB in the object. on_...: O(1), O(counts of a turn) at a pulse; angle_at: O(log
 // capacity).
 #pragma once
 

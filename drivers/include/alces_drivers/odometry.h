@@ -15,7 +15,7 @@
 // came late. When frames stay away, or come but are frozen, the answer is stale until they are good again;
 // the pose goes on from where it was, so it never jumps.
 //
-// Memory: about 115 KiB in the object. on_frame: O(1); pose_at: O(log capacity).
+// Memory: about 130 KiB in the object. on_frame: O(1); pose_at: O(log capacity).
 #pragma once
 
 #include <array>

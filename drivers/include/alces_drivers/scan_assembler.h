@@ -26,8 +26,8 @@
 // Without odometry (null, or stale) a scan is made as if the vehicle stood; has_odometry is then false.
 //
 // Memory: one block from the caller, memory_required(capacity) bytes; waiting profiles take 4 bytes a ray,
-// points 12. Time: about 15 ns a ray and 3 us a profile on a desk PC; O(waiting profiles) more when they come
-// out of order.
+// points 12. Time: about 3 us a profile of 181 rays on a desk PC, all in; O(waiting profiles) more when they
+// come out of order.
 #pragma once
 
 #include <array>
@@ -293,6 +293,7 @@ class ScanAssembler final : public ProfileSink {
   void project_piece(const Waiting& profile, std::span<const float> ranges_m, std::uint32_t first_ray,
                      std::uint32_t last_ray, const Knot* frame, const Knot* body);
   [[nodiscard]] std::span<const Direction> directions_of(const Waiting& profile);
+  void count_without_point(float range_m, float nearest_m);
   [[nodiscard]] bool is_own(const Eigen::Vector3d& point_body_m) const;
   void move_points(const Pose& reference_from_frame);
 

@@ -65,4 +65,11 @@ bool Master::order(NmtOrder order) {
   return false;
 }
 
+Master::Counters Master::counters() const {
+  Counters counters = counters_;
+  counters.heartbeats_not_taken = heartbeat_.not_taken_count();
+  counters.sync = sync_.counters();
+  return counters;
+}
+
 }  // namespace alces::canopen

@@ -77,7 +77,7 @@ std::optional<std::int32_t> time_of_day_ms(std::string_view text) {
   const auto whole = static_cast<std::int32_t>(std::min(*value, 999999.0));
   const std::int32_t hours = whole / 10000;
   const std::int32_t minutes = whole / 100 % 100;
-  const double seconds = *value - 100.0 * (whole / 100);
+  const double seconds = *value - (10000 * hours + 100 * minutes);
   if (hours > 23 || minutes > 59 || seconds >= 61) return std::nullopt;
   return (hours * 60 + minutes) * 60000 + static_cast<std::int32_t>(std::lround(seconds * 1000));
 }

@@ -27,6 +27,14 @@ bool are_valid(const Pdos& pdos, PdoDirection direction, std::uint8_t node) {
                              [&](const PdoConfig& pdo) { return canopen::is_valid(pdo, direction, node); });
 }
 
+/// Those to disable need no mapping.
+bool are_addressable(const Pdos& pdos) {
+  return std::ranges::all_of(pdos, [](const PdoConfig& pdo) {
+    return pdo.number >= 1 && pdo.number <= 512 && (pdo.cob_id != 0 || pdo.number <= 4) &&
+           pdo.cob_id <= 0x7FF;
+  });
+}
+
 bool share_cob_id(const MotorConfig& config) {
   FixedTable<std::uint16_t, 2 * MotorConfig::maximum_pdos> used;
   const auto is_new = [&used](std::uint16_t cob_id) {
@@ -52,8 +60,10 @@ bool are_times_good(const MotorConfig& config) {
          config.failed_retry_ns >= 0;
 }
 
-bool is_sent_without_change(const PdoConfig& pdo) {
-  return canopen::is_cyclic_on_sync(pdo.transmission_type) || pdo.event_timer_ms != 0;
+/// In which a PDO comes at the latest; 0: only when something changes.
+std::int64_t period_ns(const PdoConfig& pdo, const MotorConfig& config) {
+  const bool is_cyclic = config.sync.period_ns > 0 && canopen::is_cyclic_on_sync(pdo.transmission_type);
+  return is_cyclic ? pdo.transmission_type * config.sync.period_ns : pdo.event_timer_ms * ns_per_ms;
 }
 
 bool is_speed_good(const MotorConfig& config) {
@@ -91,8 +101,10 @@ const char* text(MotorConfigStatus status) {
     case MotorConfigStatus::foreign_in_rpdos:
       return "the RPDOs map an object other than 0x6040, 0x60FF and 0x6060";
     case MotorConfigStatus::pdo_never_comes:
-      return "the TPDO with the position is sent on change only: give it a SYNC transmission type, an event "
+      return "position or velocity is sent on change only: give it a SYNC transmission type, an event "
              "timer, or no time-out";
+    case MotorConfigStatus::pdo_timeout_too_short:
+      return "the time-out of PDOs is less than two of their periods";
     case MotorConfigStatus::bad_speed:
       return "target, tolerance and stall velocity contradict each other";
     case MotorConfigStatus::ramp_too_slow:
@@ -125,14 +137,16 @@ MotorConfigStatus check(const MotorConfig& config) {
     return Status::bad_write;
   }
   if (!are_valid(config.tpdos, PdoDirection::from_node, config.node) ||
-      !are_valid(config.rpdos, PdoDirection::to_node, config.node)) {
+      !are_valid(config.rpdos, PdoDirection::to_node, config.node) ||
+      !are_addressable(config.tpdos_to_disable) || !are_addressable(config.rpdos_to_disable)) {
     return Status::bad_pdo;
   }
   if (share_cob_id(config)) return Status::same_cob_id;
 
   const PdoConfig* position = pdo_with(config.tpdos, cia402::position_index, 32);
-  if (position == nullptr || pdo_with(config.tpdos, cia402::statusword_index, 16) == nullptr ||
-      pdo_with(config.tpdos, cia402::velocity_index, 32) == nullptr) {
+  const PdoConfig* velocity = pdo_with(config.tpdos, cia402::velocity_index, 32);
+  if (position == nullptr || velocity == nullptr ||
+      pdo_with(config.tpdos, cia402::statusword_index, 16) == nullptr) {
     return Status::missing_in_tpdos;
   }
   if (pdo_with(config.rpdos, cia402::controlword_index, 16) == nullptr ||
@@ -148,7 +162,13 @@ MotorConfigStatus check(const MotorConfig& config) {
   for (const PdoConfig& pdo : config.rpdos) {
     if (std::ranges::any_of(pdo.entries, is_foreign)) return Status::foreign_in_rpdos;
   }
-  if (config.pdo_timeout_ns > 0 && !is_sent_without_change(*position)) return Status::pdo_never_comes;
+  if (config.pdo_timeout_ns > 0) {
+    for (const PdoConfig* pdo : {position, velocity}) {
+      const std::int64_t longest_ns = period_ns(*pdo, config);
+      if (longest_ns == 0) return Status::pdo_never_comes;
+      if (config.pdo_timeout_ns < 2 * longest_ns) return Status::pdo_timeout_too_short;
+    }
+  }
 
   if (!is_speed_good(config)) return Status::bad_speed;
   const double spin_up_s = seconds(config.spin_up_timeout_ns);
@@ -156,8 +176,9 @@ MotorConfigStatus check(const MotorConfig& config) {
       std::abs(static_cast<double>(config.target_velocity_units)) / config.ramp_units_per_s > spin_up_s) {
     return Status::ramp_too_slow;
   }
-  if (config.back_off.first_ns <= 0 || config.back_off.maximum_ns < config.back_off.first_ns)
-    return Status::bad_back_off;
+  const bool is_back_off_good =
+      config.back_off.first_ns > 0 && config.back_off.maximum_ns >= config.back_off.first_ns;
+  if (!is_back_off_good) return Status::bad_back_off;
   return Status::ok;
 }
 

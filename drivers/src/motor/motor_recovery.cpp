@@ -166,6 +166,7 @@ void Motor::begin_stop(StopPhase phase, MotorReason reason) {
   }
   enter(MotorState::stopping, reason);
   begin_stop_phase(phase);
+  step_stopping();  // before the next controlword: a drive that is not enabled is not to be
 }
 
 void Motor::begin_stop_phase(StopPhase phase) {

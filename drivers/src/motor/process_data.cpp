@@ -66,12 +66,14 @@ ProcessData::Outcome ProcessData::on_frame(const CanFrame& frame, std::int64_t s
     ++counters_.stale;
     return Outcome::dropped;
   }
+  bool is_extra = false;
   if (tpdo.beats_between != 0 && tpdo.came_in_this_beat) {
     if (frame == tpdo.last) {
       ++counters_.repeated;
       return Outcome::dropped;
     }
     ++counters_.extra;
+    is_extra = true;
   }
   tpdo.last_stamp_ns = stamp_ns;
   tpdo.last = frame;
@@ -90,6 +92,7 @@ ProcessData::Outcome ProcessData::on_frame(const CanFrame& frame, std::int64_t s
   feedback_.position_counts = canopen::read_signed_field(frame, tpdo.position);
   feedback_.stamp_ns = stamp_ns;
   feedback_.sync_stamp_ns = sync_stamp_ns_;
+  feedback_.is_extra = is_extra;
   position_stamp_ns_ = stamp_ns;
   return Outcome::feedback;
 }

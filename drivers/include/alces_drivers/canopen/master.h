@@ -47,10 +47,12 @@ class Master {
   struct Counters {
     std::uint64_t frames = 0;
     std::uint64_t frames_routed = 0;
-    std::uint64_t frames_unclaimed = 0;    ///< nobody here speaks with that node
-    std::uint64_t frames_not_canopen = 0;  ///< extended, remote, FD
-    std::uint64_t error_frames = 0;        ///< the kernel's reports
-    std::uint64_t nmt_not_taken = 0;
+    std::uint64_t frames_unclaimed = 0;      ///< nobody here speaks with that node
+    std::uint64_t frames_not_canopen = 0;    ///< extended, remote, FD
+    std::uint64_t error_frames = 0;          ///< the kernel's reports
+    std::uint64_t nmt_not_taken = 0;         ///< by the port
+    std::uint64_t heartbeats_not_taken = 0;  ///< our own
+    SyncProducer::Counters sync;
 
     template <class Visitor>
     void visit(Visitor&& visit) const {
@@ -60,6 +62,8 @@ class Master {
       visit("can_frames_not_canopen", frames_not_canopen);
       visit("can_error_frames", error_frames);
       visit("nmt_not_taken", nmt_not_taken);
+      visit("own_heartbeats_not_taken", heartbeats_not_taken);
+      sync.visit(visit);
     }
   };
 
@@ -76,8 +80,9 @@ class Master {
   /// To one node or, with node 0, to all. False: the port did not take it.
   [[nodiscard]] bool order(NmtOrder order);
 
-  [[nodiscard]] const SyncProducer& sync() const { return sync_; }
-  [[nodiscard]] const Counters& counters() const { return counters_; }
+  /// no_stamp_ns: no SYNC of ours is due.
+  [[nodiscard]] std::int64_t next_sync_ns() const { return sync_.due_ns(); }
+  [[nodiscard]] Counters counters() const;
 
  private:
   struct Subscription {

@@ -81,16 +81,17 @@ enum class MotorConfigStatus : std::uint8_t {
   bad_node,    ///< not 1 to 127, or our own
   bad_period,  ///< SYNC, control or heartbeat periods; a time that is negative; a SYNC counter of 1 or above
                ///< 240
-  bad_heartbeat,     ///< the time-out is not longer than the period
-  bad_write,         ///< a write whose size is not 1 to 4 bytes
-  table_overflow,    ///< a table was filled beyond its capacity
-  bad_pdo,           ///< see canopen::is_valid()
-  same_cob_id,       ///< two PDOs share an identifier
-  missing_in_tpdos,  ///< statusword, position or velocity is not mapped with 16, 32 and 32 bits
-  missing_in_rpdos,  ///< controlword or target velocity is not mapped with 16 and 32 bits
-  foreign_in_rpdos,  ///< an object that we have no value for
-  pdo_never_comes,   ///< watched for, but only sent on change: transmission type 0, 254 or 255 without event
-                     ///< timer
+  bad_heartbeat,          ///< the time-out is not longer than the period
+  bad_write,              ///< a write whose size is not 1 to 4 bytes
+  table_overflow,         ///< a table was filled beyond its capacity
+  bad_pdo,                ///< see canopen::is_valid()
+  same_cob_id,            ///< two PDOs share an identifier
+  missing_in_tpdos,       ///< statusword, position or velocity is not mapped with 16, 32 and 32 bits
+  missing_in_rpdos,       ///< controlword or target velocity is not mapped with 16 and 32 bits
+  foreign_in_rpdos,       ///< an object that we have no value for
+  pdo_never_comes,        ///< position or velocity is watched for, but sent on change only: transmission type
+                          ///< 0, 254 or 255 without event timer
+  pdo_timeout_too_short,  ///< less than two of the periods in which position and velocity come
   bad_speed,  ///< target 0, tolerance negative or as large as the target, stall speed negative or within it
   ramp_too_slow,  ///< our ramp takes longer than spin_up_timeout_ns
   bad_back_off,   ///< delays not positive, or the first above the maximum

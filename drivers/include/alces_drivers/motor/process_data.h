@@ -3,8 +3,8 @@
 // delays and reorders them.
 //
 // With SYNC a drive in a synchronous transmission type sends each TPDO at most once a beat. So a second one
-// with the same bytes is the bus's repetition and is dropped; a second one with other bytes is a delayed one
-// of the beat before: its values count, for they are the newest we have. A frame whose stamp does not follow
+// with the same bytes is the bus's repetition and is dropped; a second one with other bytes means
+// that one of the two is a beat late: its values count, marked as extra. A frame whose stamp does not follow
 // that of the last one is dropped. A state that shows in one cyclic PDO only is taken for a delayed one: a
 // change of state counts when it is seen twice.
 #pragma once

@@ -69,7 +69,7 @@ class CanBus {
 
   void on_frame(const CanFrame& frame, std::int64_t stamp_ns);
   /// The interface's flags: IFF_UP, and IFF_RUNNING (false: no carrier, which on CAN means bus-off).
-  void on_interface(bool is_up, bool is_running, std::int64_t now_ns);
+  void on_interface(bool is_interface_up, bool is_running, std::int64_t now_ns);
   /// Down, without a word: the program closes it.
   void reset() { state_ = CanBusState::down; }
 

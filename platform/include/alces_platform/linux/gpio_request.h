@@ -67,11 +67,11 @@ class GpioRequest {
  private:
   // Opaque: v1 uses chip_ and lines_, v2 chip_, request_ and buffer_.
   void* chip_ = nullptr;
-  void* request_ = nullptr;
-  void* buffer_ = nullptr;
-  std::array<void*, line_capacity> lines_{};
-  std::array<unsigned, line_capacity> offsets_{};
-  std::size_t line_count_ = 0;
+  [[maybe_unused]] void* request_ = nullptr;
+  [[maybe_unused]] void* buffer_ = nullptr;
+  [[maybe_unused]] std::array<void*, line_capacity> lines_{};
+  [[maybe_unused]] std::array<unsigned, line_capacity> offsets_{};
+  [[maybe_unused]] std::size_t line_count_ = 0;
 };
 
 }  // namespace alces

@@ -16,6 +16,12 @@ class TraceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A trace that cannot be written.
+class TraceWriteError : public TraceError {
+ public:
+  using TraceError::TraceError;
+};
+
 /// What was passed over. The sentences name file and line; the first most_sentences of `count`.
 struct TraceProblems {
   static constexpr std::size_t most_sentences = 20;

@@ -21,7 +21,7 @@ struct TraceWriterOptions {
   std::vector<std::string> lines;  ///< the offset to write for each line; empty: the line's number
 };
 
-/// A text or binary file, buffered. TraceError when it cannot be written.
+/// A text or binary file, buffered. TraceWriteError when it cannot be written.
 class TraceFile {
  public:
   explicit TraceFile(const std::filesystem::path& file);
@@ -35,12 +35,13 @@ class TraceFile {
 
 class TraceFolderWriter final : public EventSink {
  public:
-  /// Makes the folder; files of earlier traces in it are replaced. TraceError.
-  TraceFolderWriter(std::filesystem::path folder, TraceWriterOptions options);
+  /// Makes the folder; files of earlier traces in it are replaced. TraceWriteError.
+  /// utc_offset_ns: UTC - the events' clock, kept in events.txt; 0: not known.
+  TraceFolderWriter(std::filesystem::path folder, TraceWriterOptions options, std::int64_t utc_offset_ns = 0);
 
   void on_event(const Event& event) override;
   void write_configuration(std::string_view text);
-  /// TraceError when something could not be written.
+  /// TraceWriteError when something could not be written.
   void finish();
 
   [[nodiscard]] std::uint64_t events() const { return events_; }
@@ -66,7 +67,7 @@ class TraceFolderWriter final : public EventSink {
 /// received on the channel that the name begins with: laser_a, laser_b, gps), with a .times file beside it.
 class TraceFileWriter final : public EventSink {
  public:
-  /// TraceError: the name says none of these.
+  /// TraceWriteError: the name says none of these.
   TraceFileWriter(const std::filesystem::path& file, TraceWriterOptions options);
 
   void on_event(const Event& event) override;
@@ -97,5 +98,7 @@ inline constexpr std::string_view order_name = "events.txt";
 inline constexpr std::string_view order_head =
     "# alces events 1: the order in which these events were handed on, and what the other files do not "
     "hold\n";
+
+inline constexpr std::string_view order_utc_offset = "# utc_offset_ns ";
 
 }  // namespace alces::replay

@@ -33,7 +33,7 @@ enum class Access : std::uint8_t { constant, read_only, write_only, read_write }
 /// Where CiA 301 lets an object be mapped.
 enum class Mapping : std::uint8_t { none, tpdo, rpdo, both };
 
-/// SDO abort codes (CiA 301); alces_drivers/canopen/codes.h has their texts. 0: no abort.
+/// SDO abort codes (CiA 301); alces_drivers/canopen/sdo_abort.h has their texts. 0: no abort.
 enum class SdoAbort : std::uint32_t {
   none = 0,
   toggle_bit = 0x05030000,

@@ -10,7 +10,7 @@
 // head turns by itself, without lasers their lines stay silent. A link (can_link, byte_link) comes up with
 // the first step.
 //
-// Cost: about 0.12 s of CPU for a second with two lasers, nearly all of it rays (shared by the cores).
+// Cost: about 25 ms of CPU for a second with two lasers, nearly all of it rays (shared by the cores).
 #pragma once
 
 #include <array>
