@@ -4,10 +4,14 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
-#include <map>
+#include <cstdio>
+#include <memory>
 #include <new>
+#include <optional>
+#include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "alces_onboard/console.h"
 #include "alces_onboard/devices.h"
@@ -82,7 +86,6 @@ class Program {
  public:
   Program(const settings::VehicleSettings& settings, const Options& options, const char* version)
       : settings_(settings),
-        options_(options),
         version_(version),
         plan_(make_plan(settings, options)),
         begin_ns_(now_ns()),
@@ -94,17 +97,34 @@ class Program {
         loop_(inlet_, inlet_) {}
 
   void run() {
+    try {
+      start();
+    } catch (...) {
+      // Nothing was driven: no empty file is left behind.
+      if (file_.is_open() && file_.size() == 0) std::remove(recording_.c_str());
+      throw;
+    }
+    work();
+    finish();
+  }
+
+ private:
+  void start() {
     open_files();
     if (!loop_.open({})) throw Error(ExitStatus::device, loop_.error());
     if (!watchdog_.open()) fmt::print(stderr, "alcesd: {}\n", watchdog_.error());
     lines_.start();
     devices_.emplace(settings_, loop_);
     make_pipeline();
-    OrderlyStop stop(*pipeline_, {});
     if (plan_.pipeline.records) file_ring_.start();
     pipeline_->start_mapping_thread();
     devices_->open();  // the threads have started: they do not inherit what follows
     ask_for_real_time();
+  }
+
+  /// Until it is told to stop and has stopped.
+  void work() {
+    OrderlyStop stop(*pipeline_, {});
     pipeline_->start_scanner();
     loop_.run_once();
     show_status(now_ns(), true);
@@ -120,10 +140,8 @@ class Program {
       stage = next;
       if (now - shown_ns_ >= ns_per_s) show_status(now, stage == StopStage::running);
     }
-    finish();
   }
 
- private:
   void open_files() {
     if (plan_.pipeline.maps && !settings_.archive.empty() &&
         !archive_.open(settings_.archive.c_str(), plan_.pipeline.mapping.mapper.scan_capacity)) {
@@ -203,8 +221,8 @@ class Program {
 
   void print_summary() const {
     const Pipeline::Counters& counters = pipeline_->counters();
-    fmt::print(stderr, "alcesd: {} scans, {} mapped, {} loops closed, {:.0f} s\n", counters.scans,
-               counters.scans_mapped, counters.loops_closed, seconds(now_ns() - begin_ns_));
+    fmt::print(stderr, "alcesd {}: {} scans, {} mapped, {} loops closed, {:.0f} s\n", version_,
+               counters.scans, counters.scans_mapped, counters.loops_closed, seconds(now_ns() - begin_ns_));
     if (plan_.pipeline.records)
       fmt::print(stderr, "alcesd: {} ({:.1f} MB)\n", recording_.string(),
                  static_cast<double>(file_.size()) * 1e-6);
@@ -228,7 +246,6 @@ class Program {
   }
 
   const settings::VehicleSettings& settings_;
-  const Options& options_;
   const char* version_;
   Plan plan_;
   std::int64_t begin_ns_;
