@@ -125,6 +125,7 @@ class Program {
   /// Until it is told to stop and has stopped.
   void work() {
     OrderlyStop stop(*pipeline_, {});
+    say(Severity::info, plan_.pipeline.records ? "runs, and records" : "runs, and records nothing");
     pipeline_->start_scanner();
     loop_.run_once();
     show_status(now_ns(), true);
@@ -172,7 +173,6 @@ class Program {
     around.listener = &console_;
     pipeline_.emplace(config, around);
     inlet_.attach(*pipeline_);
-    say(Severity::info, plan_.pipeline.records ? "runs, and records" : "runs, and records nothing");
   }
 
   void ask_for_real_time() {
