@@ -1,7 +1,4 @@
-// Reduced scans that the point pool has no room for, in a file.
-//
-// Memory: 24 bytes an archived scan, set aside at the start. The file begins with a line that says what it
-// is; an existing file without that line is not overwritten.
+// A scan archive on the desk: platform's ScanFile, whose problems are sentences and exceptions here.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +6,9 @@
 #include <filesystem>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "alces/scan_archive.h"
+#include "alces_platform/recording/scan_file.h"
 
 namespace alces::offline {
 
@@ -19,9 +16,6 @@ class FileArchive final : public ScanArchive {
  public:
   /// Makes the file, or empties an archive of that name; OutputError.
   FileArchive(std::filesystem::path file, std::uint32_t scan_capacity);
-  FileArchive(const FileArchive&) = delete;
-  FileArchive& operator=(const FileArchive&) = delete;
-  ~FileArchive();
 
   /// One record a scan, scans ascending. False: see problem(); the records before stay readable.
   [[nodiscard]] bool write(std::uint32_t scan, std::span<const std::byte> bytes) override;
@@ -31,17 +25,10 @@ class FileArchive final : public ScanArchive {
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
  private:
-  struct Record {
-    std::uint32_t scan = 0;
-    std::size_t bytes = 0;
-    std::uint64_t position = 0;
-  };
-  bool fail(const std::string& what);
+  void put_in_words();
 
-  std::filesystem::path file_;
-  int descriptor_ = -1;
-  std::uint64_t end_ = 0;
-  std::vector<Record> records_;  // ascending by scan
+  std::filesystem::path path_;
+  ScanFile file_;
   std::string problem_;
 };
 

@@ -1,0 +1,59 @@
+// How the vehicle is, once a second: what the status line, systemd and a person on the vehicle see.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "alces/mapper.h"
+#include "alces/pose.h"
+
+namespace alces::onboard {
+
+/// A CAN bus as its user sees it.
+struct BusHealth {
+  const char* name = "";   ///< "can0"; empty: there is none
+  const char* state = "";  ///< "error-active", "bus-off"
+  std::uint64_t frames = 0;
+  std::uint64_t errors = 0;  ///< error frames, receive overflows, frames that could not be sent
+};
+
+struct StatusReport {
+  const char* phase = "";
+  const char* reason = "";  ///< what the phase waits for, or what is wrong; may be empty
+  double scans_per_s = 0;
+  std::uint64_t scans = 0;  ///< assembled
+  std::uint64_t scans_dropped = 0;
+  std::uint64_t scans_incomplete = 0;
+
+  bool is_mapping = false;
+  bool is_map_full = false;
+  std::uint32_t scans_mapped = 0;
+  std::uint32_t scan_capacity = 0;
+  bool has_pose = false;
+  Pose map_from_body;  ///< of the newest scan in the map, when it was matched
+  std::uint32_t loops_closed = 0;
+  bool has_loop = false;
+  LoopReport last_loop;
+  std::size_t waiting_scans = 0;
+  std::size_t scan_slots = 0;
+  std::uint64_t pool_used_bytes = 0;
+  std::uint64_t pool_bytes = 0;
+  std::uint64_t archive_bytes = 0;
+
+  BusHealth bus;
+  double frames_per_s = 0;
+
+  bool is_recording = false;
+  bool is_recording_stalled = false;
+  std::uint64_t recording_bytes = 0;
+};
+
+/// One line, without its end, e.g.
+///   scanning: 0.83 scans/s, 412 of 10000 mapped | at 12.3 -4.5 0.1 m, 87 deg | 5 loops, last 17-402 moved
+///   0.34 m | queue 1/4, 0 dropped | pool 12.3 of 33.1 MB | can0 1240 frames/s, 0 errors | recorded 153.2 MB
+/// What does not fit `room` is cut. No heap, no locale.
+[[nodiscard]] std::string_view format(const StatusReport& report, std::span<char> room);
+
+}  // namespace alces::onboard

@@ -1,0 +1,326 @@
+#include "alces_onboard/pipeline.h"
+
+#include <algorithm>
+#include <string>
+
+#include "alces_onboard/error.h"
+
+namespace alces::onboard {
+namespace {
+
+MappingWorkerConfig worker_config(const PipelineConfig& config) {
+  MappingWorkerConfig worker = config.mapping;
+  worker.points_per_scan = config.scanner.assembler.capacity.points_per_scan;
+  worker.keeps_clouds_and_paths = config.records;
+  return worker;
+}
+
+ScanRecord record_of(const Scan& scan) {
+  ScanRecord record;
+  record.number = scan.number;
+  record.reference_stamp_ns = scan.reference_stamp_ns;
+  record.begin_stamp_ns = scan.begin_stamp_ns;
+  record.end_stamp_ns = scan.end_stamp_ns;
+  record.is_incomplete = scan.is_incomplete;
+  record.profiles = scan.profiles;
+  record.profiles_missing = scan.profiles_missing;
+  record.rays_without_range = scan.rays_without_range;
+  record.points = static_cast<std::uint32_t>(scan.points.size());
+  record.head_turn_rad = scan.head_turn_rad;
+  record.angle_sigma_rad = scan.angle_sigma_rad;
+  record.has_odometry = scan.has_odometry;
+  record.odometry_from_body = scan.odometry_from_body;
+  record.has_gps = scan.has_gps;
+  record.gps_position_m = scan.gps_position_m;
+  return record;
+}
+
+LoopRecord record_of(const LoopReport& loop, std::int64_t stamp_ns) {
+  LoopRecord record;
+  record.stamp_ns = stamp_ns;
+  record.first = loop.first;
+  record.last = loop.last;
+  record.is_closed = loop.verdict == LoopVerdict::closed;
+  record.verdict = text(loop.verdict);
+  record.distance_m = loop.distance_m;
+  record.overlap = loop.overlap;
+  record.rms_m = loop.rms_m;
+  record.mahalanobis2 = loop.mahalanobis2;
+  record.correction_m = loop.correction_m;
+  record.correction_rad = loop.correction_rad;
+  record.iterations = loop.iterations;
+  return record;
+}
+
+GraphEdgeRecord record_of(const Edge& edge, std::int64_t stamp_ns) {
+  return {stamp_ns,           edge.from,          edge.to,
+          edge.closes_loop,   edge.from_from_to,  edge.variance.x_m2,
+          edge.variance.y_m2, edge.variance.z_m2, edge.variance.rotation_rad2};
+}
+
+/// All counters of a part of the scanner, as a struct with visit().
+struct PartCounters {
+  const Scanner& scanner;
+  ScannerPart part;
+  template <class Visitor>
+  void visit(Visitor&& visit) const {
+    scanner.visit_counters(part, visit);
+  }
+};
+
+/// The mapper's, which its results carry.
+struct FigureCounters {
+  const MapFigures& figures;
+  template <class Visitor>
+  void visit(Visitor&& visit) const {
+    visit("scans", std::uint64_t{figures.scans});
+    visit("pool_bytes", figures.pool_bytes);
+    visit("archive_bytes", figures.archive_bytes);
+    visit("archived_scans", std::uint64_t{figures.archived_scans});
+  }
+};
+
+}  // namespace
+
+PipelineMemory Pipeline::memory_required(const PipelineConfig& config) {
+  PipelineMemory memory;
+  memory.scanner_bytes = Scanner::memory_required(config.scanner);
+  if (config.maps) {
+    memory.mapper_bytes = Mapper::memory_required(config.mapping.mapper);
+    memory.beside_mapper_bytes = MappingWorker::memory_beside_mapper(worker_config(config));
+  }
+  if (config.records) memory.recorder_bytes = RecordingWriter::memory_required(config.recording);
+  return memory;
+}
+
+Pipeline::Pipeline(const PipelineConfig& config, const Surroundings& surroundings)
+    : config_(config), listener_(surroundings.listener) {
+  if (config.records && surroundings.recording != nullptr) {
+    recorder_block_.emplace(RecordingWriter::memory_required(config.recording));
+    RecordingStatus status = RecordingStatus::ok;
+    recorder_ = RecordingWriter::create(recorder_block_->bytes(), config.recording, *surroundings.recording,
+                                        this, status);
+    if (recorder_ == nullptr)
+      throw Error(ExitStatus::configuration, std::string("recording: ") + text(status));
+    is_recording_ = true;
+  }
+  if (config.maps) {
+    if (config.mapping.scan_slots == 0)
+      throw Error(ExitStatus::configuration, "there must be a slot for a scan that waits for the mapper");
+    worker_ =
+        std::make_unique<MappingWorker>(worker_config(config), surroundings.archive, surroundings.clock);
+    if (worker_->status() != Status::ok)
+      throw Error(ExitStatus::configuration,
+                  std::string("the mapper does not take these settings: ") + text(worker_->status()));
+  } else {
+    is_mapping_finished_ = true;
+  }
+  scanner_block_.emplace(Scanner::memory_required(config.scanner));
+  AssemblerStatus status = AssemblerStatus::ok;
+  scanner_ =
+      Scanner::create(scanner_block_->bytes(), config.scanner, surroundings.ports, *this, *this, status);
+  if (scanner_ == nullptr) {
+    const char* const wrong = problem(config.scanner);
+    throw Error(ExitStatus::configuration, std::string("the scanner does not take these settings: ") +
+                                               (wrong != nullptr ? wrong : text(status)));
+  }
+}
+
+void Pipeline::start_mapping_thread() {
+  if (worker_) worker_->start_thread();
+}
+
+void Pipeline::on_event(const Event& event) {
+  if (is_ended_) {
+    ++counters_.events_after_end;
+    take_results();
+    return;
+  }
+  if (event.kind == EventKind::tick) now_ns_ = event.stamp_ns;
+  if (is_recording_) recorder_->on_event(event);
+  scanner_->on_event(event);
+  take_results();
+  if (event.kind == EventKind::tick && is_recording_) watch_recording();
+}
+
+void Pipeline::raise(const Notice& notice) {
+  ++counters_.notices;
+  if (is_recording_) recorder_->write_notice(notice);
+  if (listener_ != nullptr) listener_->raise(notice);
+}
+
+void Pipeline::answer(const ScanRecord& scan, const char* verdict, std::uint64_t& counter) {
+  ++counter;
+  if (!is_recording_) return;
+  ScanRecord record = scan;
+  record.verdict = verdict;
+  recorder_->write_scan_info(record);
+}
+
+void Pipeline::on_scan(const Scan& scan) {
+  scan_stamps_ns_[counters_.scans % rate_scans] = scan.end_stamp_ns;
+  ++counters_.scans;
+  const ScanRecord record = record_of(scan);
+  if (scan.is_incomplete && !config_.maps_incomplete_scans) {
+    answer(record, "incomplete", counters_.scans_incomplete);
+    return;
+  }
+  if (!worker_) {
+    answer(record, "not mapped: told not to", counters_.scans_not_wanted);
+    return;
+  }
+  ScanSlot* const slot = worker_->claim_scan();
+  if (slot == nullptr || scan.points.size() > slot->room.size()) {
+    answer(record, "dropped: the mapper was busy", counters_.scans_dropped);
+    if (drop_notice_.may(now_ns_)) {
+      raise({now_ns_, Severity::warning, "mapper",
+             "is behind: scans are dropped, the raw data is still recorded; scans dropped so far",
+             static_cast<std::int64_t>(counters_.scans_dropped), true});
+    }
+    return;
+  }
+  slot->scan = record;
+  std::ranges::copy(scan.points, slot->room.begin());
+  slot->point_count = record.points;
+  worker_->publish_scan();
+}
+
+void Pipeline::take_results() {
+  if (!worker_) return;
+  while (const MapResult* const result = worker_->front_result()) {
+    on_result(*result);
+    worker_->pop_result();
+  }
+}
+
+void Pipeline::on_result(const MapResult& result) {
+  figures_ = result.figures;
+  if (result.scan.was_mapped) {
+    ++counters_.scans_mapped;
+    if (result.report.is_predicted) ++counters_.scans_predicted;
+    if (result.status == Status::no_voxel_capacity) ++counters_.scans_thinned;
+    has_pose_ = true;
+    map_from_body_ = result.map_from_body;
+  } else if (result.scan.verdict.starts_with("dropped")) {
+    ++counters_.scans_left;
+  } else if (result.scan.verdict.starts_with("not mapped")) {
+    ++counters_.scans_not_wanted;
+  } else if (!result.is_end) {
+    ++counters_.scans_refused;
+  }
+  if (result.has_loop) {
+    const bool is_closed = result.loop.verdict == LoopVerdict::closed;
+    ++(is_closed ? counters_.loops_closed : counters_.loops_refused);
+    if (is_closed && recorder_ != nullptr && !result.has_path) ++counters_.paths_skipped;
+    has_loop_ = true;
+    last_loop_ = result.loop;
+  }
+  if (is_recording_) record_result(result);
+  if (result.has_path) worker_->take_path();
+  if (result.is_map_full && !is_map_full_) {
+    is_map_full_ = true;
+    raise({now_ns_, Severity::error, "mapper", text(result.status)});
+    raise({now_ns_, Severity::error, "mapper",
+           "the map is full and ends here; recording goes on, and alces replay can map all of it. Scans in "
+           "the map",
+           result.figures.scans, true});
+  }
+  if (result.is_end) is_mapping_finished_ = true;
+}
+
+void Pipeline::record_result(const MapResult& result) {
+  const std::int64_t stamp_ns = result.is_end ? now_ns_ : result.scan.reference_stamp_ns;
+  if (!result.is_end) recorder_->write_scan_info(result.scan);
+  if (result.scan.was_mapped) {
+    recorder_->write_pose({stamp_ns, result.map_from_body});
+    if (!result.cloud.empty()) recorder_->write_cloud({stamp_ns, result.cloud});
+  }
+  for (const Edge& edge : std::span(result.edges).first(result.edge_count))
+    recorder_->write_edge(record_of(edge, stamp_ns));
+  if (result.has_loop) recorder_->write_loop(record_of(result.loop, stamp_ns));
+  if (result.has_path) recorder_->write_path({stamp_ns, worker_->path_stamps_ns(), worker_->path()});
+}
+
+void Pipeline::record_counters() {
+  counters_recorded_ns_ = now_ns_;
+  recorder_->write_counters(now_ns_, "pipeline", counters_);
+  for (std::uint8_t part = 0; part < static_cast<std::uint8_t>(ScannerPart::count); ++part) {
+    const auto which = static_cast<ScannerPart>(part);
+    recorder_->write_counters(now_ns_, text(which), PartCounters{*scanner_, which});
+  }
+  if (worker_) recorder_->write_counters(now_ns_, "map", FigureCounters{figures_});
+  recorder_->write_counters(now_ns_, "recording", recorder_->counters());
+  recorder_->write_counters(now_ns_, "recording file", recorder_->file_counters());
+}
+
+void Pipeline::watch_recording() {
+  if (counters_recorded_ns_ == no_stamp_ns) counters_recorded_ns_ = now_ns_;
+  if (now_ns_ - counters_recorded_ns_ >= config_.counters_interval_ns) record_counters();
+  const std::uint64_t limit_bytes = config_.recording_limit_bytes;
+  if (limit_bytes == 0 ||
+      recorder_->file_counters().bytes_written + config_.recording.chunk_bytes < limit_bytes)
+    return;
+  raise({now_ns_, Severity::warning, "recording", "has reached its limit and ends here; size in bytes",
+         static_cast<std::int64_t>(recorder_->file_counters().bytes_written), true});
+  is_recording_ = false;
+}
+
+void Pipeline::end_events() {
+  if (is_ended_) return;
+  scanner_->finish();
+  is_ended_ = true;
+  if (worker_) worker_->close();
+}
+
+void Pipeline::abandon_mapping() {
+  if (worker_) worker_->abandon();
+}
+
+bool Pipeline::finish_recording() {
+  if (worker_) worker_->join();
+  if (recorder_ == nullptr) return true;
+  if (is_recording_) record_counters();
+  is_recording_ = false;
+  return recorder_->finish();
+}
+
+StatusReport Pipeline::status() const {
+  StatusReport report;
+  report.phase = text(scanner_->phase());
+  report.reason = scanner_->reason();
+  report.scans = counters_.scans;
+  report.scans_dropped = counters_.scans_dropped;
+  report.scans_incomplete = counters_.scans_incomplete;
+  const std::uint64_t known = std::min<std::uint64_t>(counters_.scans, rate_scans);
+  if (known >= 2) {
+    const std::int64_t newest_ns = scan_stamps_ns_[(counters_.scans - 1) % rate_scans];
+    const std::int64_t oldest_ns = scan_stamps_ns_[(counters_.scans - known) % rate_scans];
+    const double rate = static_cast<double>(known - 1) / std::max(seconds(newest_ns - oldest_ns), 1e-3);
+    // three scans overdue: there are none
+    if (seconds(now_ns_ - newest_ns) * rate < 3) report.scans_per_s = rate;
+  }
+  report.is_mapping = worker_ != nullptr;
+  report.is_map_full = is_map_full_;
+  report.scans_mapped = figures_.scans;
+  report.scan_capacity = config_.mapping.mapper.scan_capacity;
+  report.has_pose = has_pose_;
+  report.map_from_body = map_from_body_;
+  report.loops_closed = static_cast<std::uint32_t>(counters_.loops_closed);
+  report.has_loop = has_loop_;
+  report.last_loop = last_loop_;
+  if (worker_) {
+    report.waiting_scans = worker_->waiting_scans();
+    report.scan_slots = worker_->scan_slots();
+  }
+  report.pool_used_bytes = figures_.pool_bytes;
+  report.pool_bytes = config_.mapping.mapper.pool_bytes;
+  report.archive_bytes = figures_.archive_bytes;
+  report.is_recording = is_recording_;
+  if (recorder_ != nullptr) {
+    report.is_recording_stalled = is_recording_ && recorder_->is_stalled();
+    report.recording_bytes = recorder_->file_counters().bytes_written;
+  }
+  return report;
+}
+
+}  // namespace alces::onboard

@@ -1,0 +1,315 @@
+#include "alces_onboard/run.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "alces_onboard/console.h"
+#include "alces_onboard/devices.h"
+#include "alces_onboard/error.h"
+#include "alces_onboard/recording_name.h"
+#include "alces_platform/linux/clock.h"
+#include "alces_platform/linux/realtime.h"
+#include "alces_platform/linux/watchdog.h"
+#include "alces_platform/recording/file_sink.h"
+#include "alces_platform/recording/scan_file.h"
+#include "alces_platform/settings/settings_error.h"
+
+namespace alces::onboard {
+namespace {
+
+constexpr std::int64_t file_end_limit_ns = 30 * ns_per_s;
+constexpr std::int64_t console_end_limit_ns = ns_per_s;
+
+/// What devices and the event loop speak to before there is a pipeline: the pipeline needs their ports.
+class Inlet final : public EventSink, public NoticePort {
+ public:
+  explicit Inlet(NoticePort& listener) : listener_(listener) {}
+  void attach(Pipeline& pipeline) { pipeline_ = &pipeline; }
+
+  void on_event(const Event& event) override {
+    if (pipeline_ != nullptr) pipeline_->on_event(event);
+  }
+  void raise(const Notice& notice) override {
+    if (pipeline_ != nullptr) {
+      pipeline_->raise(notice);
+    } else {
+      listener_.raise(notice);
+    }
+  }
+
+ private:
+  NoticePort& listener_;
+  Pipeline* pipeline_ = nullptr;
+};
+
+class MonotonicStageClock final : public StageClock {
+ public:
+  [[nodiscard]] std::uint64_t now_ns() override { return static_cast<std::uint64_t>(alces::now_ns()); }
+};
+
+std::string reason_of(int error_number) {
+  return std::generic_category().message(error_number);
+}
+
+/// Counters that are not zero, a line a part, in the order in which parts were first named.
+class Summary {
+ public:
+  void add(const std::string& part, const char* name, std::uint64_t value) {
+    if (value == 0) return;
+    if (parts_.empty() || parts_.back().first != part) parts_.emplace_back(part, std::string());
+    std::string& line = parts_.back().second;
+    line += fmt::format("{}{} {}", line.empty() ? "" : ", ", name, value);
+  }
+  template <class Counters>
+  void add_all(const char* part, const Counters& counters) {
+    counters.visit([&](const char* name, std::uint64_t value) { add(part, name, value); });
+  }
+  void print(std::FILE* out) const {
+    for (const auto& [part, line] : parts_) fmt::print(out, "  {}: {}\n", part, line);
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::string>> parts_;
+};
+
+class Program {
+ public:
+  Program(const settings::VehicleSettings& settings, const Options& options, const char* version)
+      : settings_(settings),
+        version_(version),
+        plan_(make_plan(settings, options)),
+        begin_ns_(now_ns()),
+        terminal_(STDERR_FILENO),
+        lines_(terminal_, {.ring_bytes = std::size_t{256} << 10}),
+        console_(console_config(begin_ns_), lines_),
+        file_ring_(file_, plan_.file),
+        inlet_(console_),
+        loop_(inlet_, inlet_) {}
+
+  void run() {
+    try {
+      start();
+    } catch (...) {
+      // Nothing was driven: no empty file is left behind.
+      if (file_.is_open() && file_.size() == 0) std::remove(recording_.c_str());
+      throw;
+    }
+    work();
+    finish();
+  }
+
+ private:
+  void start() {
+    open_files();
+    if (!loop_.open({})) throw Error(ExitStatus::device, loop_.error());
+    if (!watchdog_.open()) fmt::print(stderr, "alcesd: {}\n", watchdog_.error());
+    lines_.start();
+    devices_.emplace(settings_, loop_);
+    make_pipeline();
+    if (plan_.pipeline.records) file_ring_.start();
+    pipeline_->start_mapping_thread();
+    devices_->open();  // the threads have started: they do not inherit what follows
+    ask_for_real_time();
+  }
+
+  /// Until it is told to stop and has stopped.
+  void work() {
+    OrderlyStop stop(*pipeline_, {});
+    say(Severity::info, plan_.pipeline.records ? "runs, and records" : "runs, and records nothing");
+    pipeline_->start_scanner();
+    loop_.run_once();
+    show_status(now_ns(), true);
+    watchdog_.ready(status_line_.data());
+
+    StopStage stage = StopStage::running;
+    while (stage != StopStage::finished) {
+      loop_.run_once();
+      const std::int64_t now = now_ns();
+      watchdog_.alive(now);
+      const StopStage next = stop.update(now, loop_.stop_requests(), devices_->is_idle());
+      if (next != stage && next != StopStage::running) watchdog_.stopping(text(next));
+      stage = next;
+      if (now - shown_ns_ >= ns_per_s) show_status(now, stage == StopStage::running);
+    }
+  }
+
+  void open_files() {
+    if (plan_.pipeline.maps && !settings_.archive.empty() &&
+        !archive_.open(settings_.archive.c_str(), plan_.pipeline.mapping.mapper.scan_capacity)) {
+      throw Error(
+          ExitStatus::device,
+          fmt::format("{}: {}{}", settings_.archive, text(archive_.problem()),
+                      archive_.error_number() != 0 ? " (" + reason_of(archive_.error_number()) + ")" : ""));
+    }
+    if (!plan_.pipeline.records) return;
+    recording_ = unused_name(expand_recording_name(plan_.recording, system_clocks.realtime_ns()));
+    if (!file_.open(recording_.c_str()))
+      throw Error(ExitStatus::device,
+                  fmt::format("{}: the recording cannot be written ({}); name a file in a folder "
+                              "that alcesd may write to",
+                              recording_.string(), reason_of(file_.error_number())));
+  }
+
+  void make_pipeline() {
+    PipelineConfig config = plan_.pipeline;
+    const std::int64_t now = now_ns();
+    config.recording.begin_stamp_ns = now;
+    config.recording.utc_offset_ns = system_clocks.realtime_ns() - now;
+    Pipeline::Surroundings around;
+    around.ports = devices_->ports();
+    around.recording = plan_.pipeline.records ? &file_ring_ : nullptr;
+    around.archive = settings_.archive.empty() ? nullptr : &archive_;
+    around.clock = &clock_;
+    around.listener = &console_;
+    pipeline_.emplace(config, around);
+    inlet_.attach(*pipeline_);
+  }
+
+  void ask_for_real_time() {
+    const auto ask = [this](const Message& refused) {
+      if (!refused.empty()) fmt::print(stderr, "alcesd: {}\n", refused.text());
+    };
+    if (settings_.processor >= 0) ask(pin_to_processor(settings_.processor));
+    if (settings_.fifo_priority > 0) ask(set_fifo_priority(settings_.fifo_priority));
+    if (settings_.locks_memory) ask(lock_memory());
+  }
+
+  void say(Severity severity, const char* text) { pipeline_->raise({now_ns(), severity, "alcesd", text}); }
+
+  void show_status(std::int64_t now, bool tells_systemd) {
+    StatusReport report = pipeline_->status();
+    report.bus = devices_->bus();
+    if (shown_ns_ != no_stamp_ns && now > shown_ns_)
+      report.frames_per_s = static_cast<double>(report.bus.frames - frames_shown_) / seconds(now - shown_ns_);
+    frames_shown_ = report.bus.frames;
+    shown_ns_ = now;
+    const std::string_view line = format(report, status_line_);
+    console_.show_status(line, now);
+    if (tells_systemd) watchdog_.status(status_line_.data());
+  }
+
+  void finish() {
+    // Nobody acquires any more: the last chunks may wait for the disk.
+    file_ring_.let_writes_wait(file_end_limit_ns);
+    const bool is_taken = pipeline_->finish_recording();
+    devices_->close();
+    bool is_whole = true;
+    if (plan_.pipeline.records) {
+      const bool is_handed_on = file_ring_.stop(file_end_limit_ns);
+      const bool is_synced = file_.sync();
+      is_whole = is_taken && is_handed_on && is_synced && file_.close();
+    }
+    console_.end();
+    lines_.stop(console_end_limit_ns);
+    print_summary();
+    if (!is_whole)
+      throw Error(ExitStatus::device,
+                  fmt::format("{}: the end of the recording could not be written ({}); what is there "
+                              "can be read and replayed",
+                              recording_.string(), reason_of(file_.error_number())));
+  }
+
+  void print_summary() const {
+    const Pipeline::Counters& counters = pipeline_->counters();
+    fmt::print(stderr, "alcesd {}: {} scans, {} mapped, {} loops closed, {:.0f} s\n", version_,
+               counters.scans, counters.scans_mapped, counters.loops_closed, seconds(now_ns() - begin_ns_));
+    if (plan_.pipeline.records)
+      fmt::print(stderr, "alcesd: {} ({:.1f} MB)\n", recording_.string(),
+                 static_cast<double>(file_.size()) * 1e-6);
+    Summary summary;
+    summary.add_all("pipeline", counters);
+    pipeline_->scanner().visit_counters([&](ScannerPart part, const char* name, std::uint64_t value) {
+      summary.add(text(part), name, value);
+    });
+    devices_->visit_counters(
+        [&](const char* device, const char* name, std::uint64_t value) { summary.add(device, name, value); });
+    summary.add_all("event loop", loop_.counters());
+    if (const RecordingWriter* const recorder = pipeline_->recorder(); recorder != nullptr) {
+      summary.add_all("recording", recorder->counters());
+      summary.add_all("recording", recorder->file_counters());
+      summary.add_all("recording's buffer", file_ring_.counters());
+    }
+    if (archive_.problem() != ScanFileProblem::none)
+      fmt::print(stderr, "alcesd: {}: {}\n", settings_.archive, text(archive_.problem()));
+    summary.add("console", "lines_lost", console_.lines_lost());
+    summary.print(stderr);
+  }
+
+  const settings::VehicleSettings& settings_;
+  const char* version_;
+  Plan plan_;
+  std::int64_t begin_ns_;
+  std::filesystem::path recording_;
+
+  DescriptorSink terminal_;
+  BackgroundSink lines_;
+  Console console_;
+  FileSink file_;
+  BackgroundSink file_ring_;
+  ScanFile archive_;
+  MonotonicStageClock clock_;
+  Watchdog watchdog_;
+
+  Inlet inlet_;
+  EventLoop loop_;
+  std::optional<Devices> devices_;
+  std::optional<Pipeline> pipeline_;
+
+  std::array<char, 512> status_line_{};
+  std::int64_t shown_ns_ = no_stamp_ns;
+  std::uint64_t frames_shown_ = 0;
+};
+
+settings::VehicleSettings read(const std::filesystem::path& file) {
+  try {
+    return settings::read_vehicle_settings(file);
+  } catch (const settings::Error& error) {
+    throw Error(ExitStatus::configuration, error.what());
+  }
+}
+
+}  // namespace
+
+void run(const Options& options, const char* version, std::FILE* out) {
+  const settings::VehicleSettings settings = read(options.config);
+  if (options.is_dry_run) {
+    fmt::print(out, "{}", describe(make_plan(settings, options), settings, options));
+    return;
+  }
+  const auto program = std::make_unique<Program>(settings, options, version);  // too large for a stack
+  program->run();
+}
+
+int run_as_program(const Options& options, const char* version) {
+  const auto complain = [](ExitStatus status, const std::string& sentence) {
+    fmt::print(stderr, "alcesd: {}\n", sentence);
+    return static_cast<int>(status);
+  };
+  try {
+    run(options, version, stdout);
+    return static_cast<int>(ExitStatus::done);
+  } catch (const Error& error) {
+    return complain(error.exit_status(), error.what());
+  } catch (const std::bad_alloc&) {
+    return complain(ExitStatus::capacity,
+                    "the machine has not the memory that is configured; --dry-run prints the plan");
+  } catch (const std::system_error& error) {
+    return complain(ExitStatus::capacity,
+                    fmt::format("the machine has no room for another thread ({})", error.what()));
+  } catch (const std::exception& error) {
+    return complain(ExitStatus::defect,
+                    fmt::format("{} (a defect of alcesd; please report it)", error.what()));
+  }
+}
+
+}  // namespace alces::onboard

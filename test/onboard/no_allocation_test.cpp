@@ -1,0 +1,163 @@
+// Nothing allocates once alcesd has started: malloc and its kin, and operator new, are replaced in this
+// program and trap on every thread while a drive goes through the whole of it but the devices: drivers,
+// mapper on its thread, recording through its thread to a file, notices and status lines. A program of its
+// own, for glibc without sanitizers.
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+#include "alces_onboard/background_sink.h"
+#include "alces_onboard/console.h"
+#include "alces_platform/recording/file_sink.h"
+#include "onboard/vehicle_bench.h"
+
+namespace {
+
+std::atomic<bool> is_armed{false};
+std::atomic<unsigned> allocations{0};
+
+void count_allocation() {
+  if (is_armed.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(std::size_t);                 // NOLINT(bugprone-reserved-identifier)
+void* __libc_calloc(std::size_t, std::size_t);    // NOLINT(bugprone-reserved-identifier)
+void* __libc_realloc(void*, std::size_t);         // NOLINT(bugprone-reserved-identifier)
+void* __libc_memalign(std::size_t, std::size_t);  // NOLINT(bugprone-reserved-identifier)
+void __libc_free(void*);                          // NOLINT(bugprone-reserved-identifier)
+
+void* malloc(std::size_t bytes) {
+  count_allocation();
+  return __libc_malloc(bytes);
+}
+void* calloc(std::size_t count, std::size_t bytes) {
+  count_allocation();
+  return __libc_calloc(count, bytes);
+}
+void* realloc(void* memory, std::size_t bytes) {
+  count_allocation();
+  return __libc_realloc(memory, bytes);
+}
+void* memalign(std::size_t alignment, std::size_t bytes) {
+  count_allocation();
+  return __libc_memalign(alignment, bytes);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t bytes) {
+  count_allocation();
+  return __libc_memalign(alignment, bytes);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t bytes) {
+  count_allocation();
+  *memory = __libc_memalign(alignment, bytes);
+  return *memory == nullptr ? 12 : 0;  // ENOMEM
+}
+}
+
+void* operator new(std::size_t bytes) {
+  count_allocation();
+  if (void* const memory = __libc_malloc(bytes)) return memory;
+  std::abort();
+}
+void operator delete(void* memory) noexcept {
+  __libc_free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  __libc_free(memory);
+}
+
+namespace {
+
+using namespace alces;
+using namespace alces::onboard;
+
+int failures = 0;
+
+void expect(bool is_so, const char* what) {
+  std::printf("%s: %s\n", is_so ? "ok" : "FAILED", what);
+  if (!is_so) ++failures;
+}
+
+/// A drive's events, from a simulator that allocates.
+std::vector<KeptEvent> drive_events() {
+  VehicleBench bench(8);
+  PipelineConfig config = config_of(small_vehicle());
+  config.maps = false;
+  config.records = false;
+  Pipeline pipeline(config, {.ports = bench.ports()});
+  pipeline.start_scanner();
+  Feeder feeder(pipeline);
+  feeder.keeps = true;
+  bench.drive_to_end(feeder);
+  return std::move(feeder.kept);
+}
+
+}  // namespace
+
+int main() {
+  is_armed = true;
+  std::free(std::malloc(100));
+  delete new int(3);
+  is_armed = false;
+  expect(allocations > 0, "the trap springs");
+  allocations = 0;
+
+  const std::vector<KeptEvent> events = drive_events();
+  std::string name = "/tmp/alcesd_no_allocation_XXXXXX";
+  const int descriptor = ::mkstemp(name.data());
+  expect(descriptor >= 0, "a file to record to");
+  FileSink file;
+  expect(file.open(name.c_str()), "it opens");
+  BackgroundSink recording(file, {});
+  DescriptorSink terminal(descriptor);
+  BackgroundSink lines(terminal, {.ring_bytes = 65536});
+  Console console({}, lines);
+  NoWires wires;
+  PipelineConfig config = config_of(small_vehicle());
+  config.mapping.scan_slots = 32;
+  config.counters_interval_ns = 2 * ns_per_s;
+  {
+    Pipeline pipeline(config,
+                      {.ports = {&wires, {&wires, &wires}}, .recording = &recording, .listener = &console});
+    recording.start();
+    lines.start();
+    pipeline.start_mapping_thread();
+    pipeline.start_scanner();
+    std::array<char, 512> room{};
+
+    is_armed = true;
+    std::int64_t shown_ns = 0;
+    for (const KeptEvent& kept : events) {
+      Event event = kept.event;
+      event.bytes = kept.bytes;
+      pipeline.on_event(event);
+      if (event.kind == EventKind::tick && event.stamp_ns - shown_ns >= ns_per_s) {
+        shown_ns = event.stamp_ns;
+        console.show_status(format(pipeline.status(), room), shown_ns);
+      }
+    }
+    pipeline.end_events();
+    while (!pipeline.is_mapping_finished()) {
+      pipeline.take_results();
+      std::this_thread::yield();
+    }
+    recording.let_writes_wait(10 * ns_per_s);
+    const bool is_whole = pipeline.finish_recording();
+    is_armed = false;
+
+    expect(is_whole, "the recording is whole");
+    expect(pipeline.counters().scans_mapped >= 7, "scans are mapped");
+    expect(pipeline.counters().scans_dropped == 0, "none is dropped");
+    expect(console.lines_lost() == 0, "lines are said");
+  }
+  expect(recording.stop(10 * ns_per_s), "all is on its way to the disk");
+  expect(lines.stop(10 * ns_per_s), "and to the terminal");
+  expect(file.size() > 1'000'000, "the file is there");
+  std::remove(name.c_str());
+  std::printf("    %u allocations\n", allocations.load());
+  expect(allocations == 0, "nothing was allocated");
+  return failures == 0 ? 0 : 1;
+}

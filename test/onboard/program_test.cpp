@@ -1,0 +1,157 @@
+#include <stdlib.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "alces_onboard/plan.h"
+#include "alces_onboard/recording_name.h"
+#include "onboard/vehicle_bench.h"
+
+using namespace alces;
+using namespace alces::onboard;
+using Catch::Matchers::Contains;
+
+namespace {
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "alcesd_test_XXXXXX").string();
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    path_ = name;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& content) const {
+    std::ofstream(path_ / name) << content;
+    return path_ / name;
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct Outcome {
+  int status = -1;
+  std::string output;  ///< both streams
+};
+
+Outcome alcesd(const std::string& arguments) {
+  Outcome outcome;
+  std::FILE* const pipe = ::popen((std::string(ALCESD_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> buffer{};
+  while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    outcome.output.append(buffer.data(), count);
+  const int status = ::pclose(pipe);
+  if (WIFEXITED(status)) outcome.status = WEXITSTATUS(status);
+  return outcome;
+}
+
+}  // namespace
+
+TEST_CASE("alcesd --dry-run says what memory is taken, what fits and what would be opened") {
+  const Folder folder;
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  vehicle.memory_bytes = std::size_t{48} << 20;
+  const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle));
+  const Outcome outcome = alcesd("--config " + file.string() + " --dry-run --record drive-%t.mcap");
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.output, Contains("vehicle.toml is in order") && Contains("48.0 MiB allowed") &&
+                                 Contains("poses and edges") && Contains("pool of stored scans") &&
+                                 Contains("cache") && Contains("scan slots") && Contains("scanner") &&
+                                 Contains("recorder") && Contains("in all"));
+  CHECK_THAT(outcome.output, Contains("can0") && Contains("gpiochip0, line 17") &&
+                                 Contains("/dev/ttyUSB0, LMS 2xx") && Contains("/dev/ttyUSB2, 9600 baud") &&
+                                 Contains("drive-%t.mcap"));
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);  // nothing was made
+}
+
+TEST_CASE("the plan takes no more than is allowed, and fills in what the configuration leaves open") {
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  Options options;
+  options.config = "vehicle.toml";
+  for (const std::size_t mib : {32U, 64U, 256U}) {
+    vehicle.memory_bytes = mib << 20;
+    const Plan without = make_plan(vehicle, options);
+    CHECK(without.memory.mapper_bytes <= vehicle.memory_bytes);
+    CHECK(without.memory.mapper_bytes > vehicle.memory_bytes / 10 * 9);
+    CHECK(without.map.pool_bytes >= settings::largest_stored_scan(without.pipeline.mapping.mapper));
+    vehicle.archive = "/tmp/archive";
+    const Plan with = make_plan(vehicle, options);
+    vehicle.archive.clear();
+    CHECK(with.memory.mapper_bytes <= vehicle.memory_bytes);
+    CHECK(with.pipeline.mapping.mapper.scan_capacity > without.pipeline.mapping.mapper.scan_capacity);
+  }
+  options.maps = false;
+  CHECK(make_plan(vehicle, options).memory.mapper_bytes == 0);
+}
+
+TEST_CASE("memory that is too small is a configuration error that says how much is needed") {
+  const Folder folder;
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  vehicle.memory_bytes = std::size_t{1} << 20;
+  const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle));
+  const Outcome outcome = alcesd("--dry-run --config " + file.string());
+  CHECK(outcome.status == 3);
+  CHECK_THAT(outcome.output, Contains("give at least") && Contains("vehicle.toml"));
+}
+
+TEST_CASE("wrong usage and wrong configurations have their exit statuses and name file and line") {
+  const Folder folder;
+  CHECK(alcesd("").status == 2);
+  CHECK(alcesd("--config x --frobnicate").status == 2);
+  CHECK(alcesd("--version").status == 0);
+  CHECK(alcesd("--help").status == 0);
+  const Outcome absent = alcesd("--dry-run --config " + (folder.path() / "absent.toml").string());
+  CHECK(absent.status == 3);
+  CHECK_THAT(absent.output, Contains("absent.toml"));
+  const auto wrong = folder.write("wrong.toml", "# a comment\n[no_such_table]\nx = 1\n");
+  const Outcome unknown = alcesd("--dry-run --config " + wrong.string());
+  CHECK(unknown.status == 3);
+  CHECK_THAT(unknown.output, Contains("wrong.toml:2"));
+  CHECK(std::count(unknown.output.begin(), unknown.output.end(), '\n') == 1);
+}
+
+TEST_CASE("a recording that cannot be written stops alcesd before anything is opened") {
+  const Folder folder;
+  const auto file = folder.write("vehicle.toml", settings::default_vehicle_settings().text);
+  const Outcome outcome =
+      alcesd("--config " + file.string() + " --record " + (folder.path() / "absent" / "drive.mcap").string());
+  CHECK(outcome.status == 5);
+  CHECK_THAT(outcome.output, Contains("drive.mcap: the recording cannot be written"));
+}
+
+TEST_CASE("a CAN interface that is not there stops alcesd with a sentence, and leaves no empty recording") {
+  const Folder folder;
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  vehicle.can_interface = "nosuchcan9";
+  const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle));
+  const Outcome outcome =
+      alcesd("--config " + file.string() + " --record " + (folder.path() / "drive.mcap").string());
+  INFO(outcome.output);
+  CHECK(outcome.status == 5);
+  CHECK_THAT(outcome.output, Contains("alcesd: ") && Contains("CAN"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "drive.mcap"));
+}
+
+TEST_CASE("a recording's name takes the time, and never that of a drive that is there") {
+  CHECK(expand_recording_name("drive-%t.mcap", 1'000'000'000 * ns_per_s) == "drive-20010909T014640Z.mcap");
+  CHECK(expand_recording_name("100%%-%x-%", 0) == "100%-%x-%");
+  const Folder folder;
+  CHECK(unused_name(folder.path() / "a.mcap") == folder.path() / "a.mcap");
+  (void)folder.write("a.mcap", "x");
+  (void)folder.write("a-2.mcap", "x");
+  CHECK(unused_name(folder.path() / "a.mcap") == folder.path() / "a-3.mcap");
+}
