@@ -31,7 +31,9 @@ void SimulatedScanner::attach(const SimulatedScannerSettings& settings) {
 }
 
 SimulatedScanner::DriveNode::DriveNode(const SimulatedScannerSettings& settings)
-    : drive(settings.drive), node_(settings.drive.slave.node), first_angle_rad_(settings.first_head_angle_rad) {
+    : drive(settings.drive),
+      node_(settings.drive.slave.node),
+      first_angle_rad_(settings.first_head_angle_rad) {
   drive.power_on(settings.rig.motion.start_stamp_ns);
 }
 

@@ -1,8 +1,10 @@
-// All of the simulated vehicle: the rig with its wires (simulated_rig.h), a CiA 402 drive that turns the head through a
-// gear, and one or two SICK LMS 291. The host's side is the rig's: can_port(), byte_port(), advance_to(), inject().
+// All of the simulated vehicle: the rig with its wires (simulated_rig.h), a CiA 402 drive that turns the head
+// through a gear, and one or two SICK LMS 291. The host's side is the rig's: can_port(), byte_port(),
+// advance_to(), inject().
 //
 //   drive  node 1 like a TMCM-1636: 65536 counts a turn of the motor, velocities in rpm, gear 60
-//   laser  switched on at 9600 baud, 180 deg, 1 deg; streams 75 sweeps a second once it was told to, at 500,000 baud
+//   laser  switched on at 9600 baud, 180 deg, 1 deg; streams 75 sweeps a second once it was told to, at
+//   500,000 baud
 #pragma once
 
 #include <array>
@@ -66,7 +68,9 @@ class SimulatedScanner {
   class LaserLine final : public SerialDevice {
    public:
     LaserLine(const SimulatedLms2xxSettings& settings, SweepSource& sweeps) : laser(settings, sweeps) {}
-    void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override { laser.on_bytes(bytes, now_ns); }
+    void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) override {
+      laser.on_bytes(bytes, now_ns);
+    }
     void poll(std::int64_t now_ns, SerialOutput& output) override;
     [[nodiscard]] std::uint32_t baud_rate() const override { return laser.baud(); }
     void on_fault(const Injection& injection) override;
