@@ -17,6 +17,8 @@ constexpr std::int64_t emcy_notice_interval_ns = ns_per_s;
 constexpr std::int64_t velocity_age_without_timeout_ns = ns_per_s;
 /// Beats of controlword 0 before the rising edge of a fault reset: one of them may be lost.
 constexpr std::uint8_t beats_before_reset = 3;
+/// Ticks in a row from the past: fewer are stray ones.
+constexpr std::uint32_t ticks_until_clock_step = 3;
 
 }  // namespace
 
@@ -147,8 +149,11 @@ void Motor::on_link(bool is_up, std::int64_t now_ns) {
 }
 
 void Motor::on_tick(std::int64_t now_ns) {
-  if (now_ns + ahead_ns_ < now_ns_ - clock_step_ns) {
+  const bool is_behind = now_ns + ahead_ns_ < now_ns_ - clock_step_ns;
+  ticks_behind_ = is_behind ? ticks_behind_ + 1 : 0;
+  if (ticks_behind_ == ticks_until_clock_step) {
     // The clock was set back. In here time goes on: every period and time-out stays what it was.
+    ticks_behind_ = 0;
     ++counters_.clock_steps;
     ahead_ns_ = now_ns_ - now_ns;
   }
