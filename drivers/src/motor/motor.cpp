@@ -15,6 +15,9 @@ namespace {
 
 constexpr std::int64_t emcy_notice_interval_ns = ns_per_s;
 constexpr std::int64_t velocity_age_without_timeout_ns = ns_per_s;
+/// Ticks in a row from the past: fewer are stray ones.
+constexpr std::uint32_t ticks_until_clock_step = 3;
+
 }  // namespace
 
 Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, DriveFeedbackSink& sink)
@@ -144,8 +147,11 @@ void Motor::on_link(bool is_up, std::int64_t now_ns) {
 }
 
 void Motor::on_tick(std::int64_t now_ns) {
-  if (now_ns + ahead_ns_ < now_ns_ - clock_step_ns) {
+  const bool is_behind = now_ns + ahead_ns_ < now_ns_ - clock_step_ns;
+  ticks_behind_ = is_behind ? ticks_behind_ + 1 : 0;
+  if (ticks_behind_ == ticks_until_clock_step) {
     // The clock was set back. In here time goes on: every period and time-out stays what it was.
+    ticks_behind_ = 0;
     ++counters_.clock_steps;
     ahead_ns_ = now_ns_ - now_ns;
   }

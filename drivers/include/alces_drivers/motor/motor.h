@@ -216,8 +216,9 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   MotorState state_ = MotorState::stopped;
   MotorReason reason_ = MotorReason::not_started;
   const char* detail_ = "";
-  std::int64_t now_ns_ = 0;    ///< the latest time we were told; it never goes back
-  std::int64_t ahead_ns_ = 0;  ///< of all times in here against those outside: the sum of steps back
+  std::int64_t now_ns_ = 0;         ///< the latest time we were told; it never goes back
+  std::int64_t ahead_ns_ = 0;       ///< of all times in here against those outside: the sum of steps back
+  std::uint32_t ticks_behind_ = 0;  ///< in a row
   std::int64_t state_since_ns_ = 0;
   std::int64_t due_ns_ = no_stamp_ns;  ///< of recovering and failed: when to try again; no_stamp_ns: never
   bool is_link_up_ = true;
