@@ -176,7 +176,7 @@ class Program {
   }
 
   void ask_for_real_time() {
-    const auto ask = [this](const Message& refused) {
+    const auto ask = [](const Message& refused) {
       if (!refused.empty()) fmt::print(stderr, "alcesd: {}\n", refused.text());
     };
     if (settings_.processor >= 0) ask(pin_to_processor(settings_.processor));

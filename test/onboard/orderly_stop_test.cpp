@@ -80,6 +80,7 @@ TEST_CASE("a second request leaves the scans that wait") {
   StopBench bench(false);
   REQUIRE(bench.pipeline.status().waiting_scans == 3);
   OrderlyStop stop(bench.pipeline, {});
+  CHECK(stop.update(bench.bench.now_ns(), 2, true) == StopStage::stopping_scanner);
   bench.run(stop, 2, 60 * ns_per_s, true);
   REQUIRE(stop.stage() == StopStage::finished);
   CHECK(bench.pipeline.counters().scans_mapped == 0);

@@ -199,7 +199,7 @@ TEST_CASE("a full map ends, is told once, and recording goes on") {
   CHECK(pipeline.status().is_map_full);
   REQUIRE(end_drive(pipeline));
   CHECK(pipeline.counters().scans_mapped == 3);
-  CHECK(pipeline.mapper()->scan_count() == 3);
+  CHECK(poses_of(pipeline).size() == 3);
   CHECK(std::count_if(notices.lines.begin(), notices.lines.end(), [](const std::string& line) {
           return line.find("the map is full") != std::string::npos;
         }) == 1);

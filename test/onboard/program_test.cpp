@@ -46,9 +46,9 @@ struct Outcome {
   std::string output;  ///< both streams
 };
 
-Outcome alcesd(const std::string& arguments) {
+Outcome run(const std::string& command) {
   Outcome outcome;
-  std::FILE* const pipe = ::popen((std::string(ALCESD_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
+  std::FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");
   REQUIRE(pipe != nullptr);
   std::array<char, 4096> buffer{};
   while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe))
@@ -56,6 +56,10 @@ Outcome alcesd(const std::string& arguments) {
   const int status = ::pclose(pipe);
   if (WIFEXITED(status)) outcome.status = WEXITSTATUS(status);
   return outcome;
+}
+
+Outcome alcesd(const std::string& arguments) {
+  return run(std::string(ALCESD_PROGRAM) + " " + arguments);
 }
 
 }  // namespace
@@ -144,6 +148,37 @@ TEST_CASE("a CAN interface that is not there stops alcesd with a sentence, and l
   CHECK(outcome.status == 5);
   CHECK_THAT(outcome.output, Contains("alcesd: ") && Contains("CAN"));
   CHECK_FALSE(std::filesystem::exists(folder.path() / "drive.mcap"));
+}
+
+TEST_CASE(
+    "alcesd waits for devices that do not answer, and on SIGTERM ends with status 0 and a whole recording") {
+  if (!std::filesystem::exists("/sys/class/net/vcan0")) {
+    WARN("skipped: there is no interface vcan0");
+    return;
+  }
+  const Folder folder;
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  vehicle.can_interface = "vcan0";
+  vehicle.scanner.has_gps = false;
+  vehicle.gps_device.clear();
+  vehicle.gpio_lines.clear();
+  vehicle.scanner.encoder.index_line = EncoderConfig::no_line;
+  vehicle.scanner.assembler.laser_count = 1;
+  vehicle.scanner.laser_makes[0] = LaserMake::cola_b;
+  vehicle.laser_lines[0] = {.is_tcp = true, .device = "", .host = "127.0.0.1", .port = 9};
+  const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle));
+  const auto drive = folder.path() / "drive.mcap";
+  const std::string command = "timeout --preserve-status -s TERM 2 " + std::string(ALCESD_PROGRAM) +
+                              " --config " + file.string() + " --record " + drive.string();
+  const Outcome outcome = run(command);
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.output, Contains("told to stop") && Contains("0 scans") && Contains("drive.mcap"));
+  FileSource source(drive.c_str());
+  const RecordingSummary summary = summarise_recording(source);
+  CHECK(summary.is_whole);
+  CHECK(summary.has_configuration);
+  CHECK(summary.messages > 100);  // ticks
 }
 
 TEST_CASE("a recording's name takes the time, and never that of a drive that is there") {

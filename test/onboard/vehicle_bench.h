@@ -53,19 +53,23 @@ struct KeptEvent {
 };
 
 /// Small enough for quick tests: the simulator's vehicle, 40 cm cells.
-inline settings::VehicleSettings small_vehicle() {
-  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
-  vehicle.mapper.scan_capacity = 64;
-  vehicle.mapper.pool_bytes = std::size_t{4} << 20;
-  vehicle.mapper.voxel.cell_size_m = 0.4F;
-  vehicle.mapper.voxel.cell_capacity = 8192;
-  vehicle.mapper.surface.sample_capacity = 512;
-  vehicle.mapper.cache_slots = 8;
-  vehicle.scan_slots = 3;
-  vehicle.text = settings::to_toml(vehicle);
-  return vehicle;
+inline const settings::VehicleSettings& small_vehicle() {
+  static const settings::VehicleSettings small = [] {
+    settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+    vehicle.mapper.scan_capacity = 64;
+    vehicle.mapper.pool_bytes = std::size_t{4} << 20;
+    vehicle.mapper.voxel.cell_size_m = 0.4F;
+    vehicle.mapper.voxel.cell_capacity = 8192;
+    vehicle.mapper.surface.sample_capacity = 512;
+    vehicle.mapper.cache_slots = 8;
+    vehicle.scan_slots = 3;
+    vehicle.text = settings::to_toml(vehicle);
+    return vehicle;
+  }();
+  return small;
 }
 
+/// Refers to the vehicle's text.
 inline PipelineConfig config_of(const settings::VehicleSettings& vehicle) {
   PipelineConfig config;
   config.scanner = vehicle.scanner;
@@ -185,7 +189,9 @@ inline void feed(const std::vector<KeptEvent>& events, EventSink& sink) {
 }
 
 inline std::vector<Pose> poses_of(const Pipeline& pipeline) {
-  const std::span<const Pose> poses = pipeline.mapper()->graph().poses();
+  const Mapper* const mapper = pipeline.mapper();
+  if (mapper == nullptr) return {};
+  const std::span<const Pose> poses = mapper->graph().poses();
   return {poses.begin(), poses.end()};
 }
 
