@@ -7,7 +7,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "alces_drivers/canopen/codes.h"
 #include "alces_offline/candump_lines.h"
 #include "temporary_folder.h"
 
@@ -326,20 +325,6 @@ TEST_CASE("frames of every identifier, length and content are explained without 
   }
   CHECK(characters > 40000);
 }
-
-TEST_CASE("codes have texts, and those that are not listed the text of their class") {
-  CHECK(canopen::sdo_abort_text(0x06090011) == std::string("sub-index does not exist"));
-  CHECK(canopen::sdo_abort_text(0) == std::string("unknown abort code"));
-  CHECK(canopen::emcy_text(0x2313) == std::string(canopen::emcy_text(0x2310)));
-  CHECK(canopen::emcy_text(0x31FF) == std::string("mains voltage"));
-  CHECK(canopen::emcy_text(0x6320) == std::string("parameter error"));
-  CHECK(canopen::emcy_text(0x00FF) == std::string("unknown error code"));
-  CHECK(canopen::emcy_text(0xFF42) == std::string("device-specific error"));
-  CHECK(canopen::is_listed_emcy(0x8130));
-  CHECK_FALSE(canopen::is_listed_emcy(0x8131));
-}
-
-// --- the real trace ---
 
 TEST_CASE("every frame of the recorded bring-up of a TMCM-1636 is explained") {
   const auto trace = shared_data("can/tmcm1636/candump.txt");

@@ -122,7 +122,7 @@ TEST_CASE("100,000 scans beyond the capacity: the map ends there and says so") {
              Contains("5 scans") && Contains("5 of 100005 scans mapped") && Contains("memory.scan_capacity"));
   const TemporaryFolder folder;
   prepare_map_folder(folder / "out");
-  const nlohmann::json report = write_map_folder(folder / "out", run, {"0", {}, "default"});
+  const nlohmann::json report = write_map_folder(folder / "out", run, {"0", {}, "default", {}});
   CHECK(report["complete"] == false);
   CHECK(read_trajectory(folder / "out").size() == 5);
 }
@@ -148,7 +148,7 @@ TEST_CASE("the frames of a longer map before do not stay, other files do") {
   MapRun run(source, small_request());
   run.run();
   prepare_map_folder(folder / "out");
-  (void)write_map_folder(folder / "out", run, {"0", {}, "default"});
+  (void)write_map_folder(folder / "out", run, {"0", {}, "default", {}});
   CHECK(std::filesystem::exists(folder / "out/frames/scan002.frames"));
   CHECK_FALSE(std::filesystem::exists(folder / "out/frames/scan005.frames"));
   CHECK_FALSE(std::filesystem::exists(folder / "out/frames/scan1000.frames"));
