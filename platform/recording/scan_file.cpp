@@ -39,7 +39,7 @@ const char* text(ScanFileProblem problem) {
     case ScanFileProblem::cannot_read:
       return "a scan cannot be read back";
     case ScanFileProblem::ends_early:
-      return "the file ends within a scan: was it changed meanwhile?";
+      return "the file ends within a scan, somebody changed it meanwhile";
   }
   return "unknown";
 }

@@ -143,7 +143,7 @@ TEST_CASE("NMT, SYNC, TIME, EMCY, LSS and what is none of CANopen's") {
   CHECK(words(bus, "100#00000000FFFF") == "TIME: 2163-06-06 00:00:00.000");
   CHECK(bus.explain(frame("100#00")).is_abnormal);
   CHECK(words(bus, "085#1023030000000000") ==
-        "EMCY of node 5: 0x2310, continuous over-current at the output; error register 0x03 (generic, "
+        "EMCY of node 5: 0x2310, continuous over-current at the output; error register 0x03 (generic error, "
         "current)");
   CHECK(bus.explain(frame("085#1023")).is_abnormal);
   CHECK_FALSE(bus.explain(frame("085#0000000000000000")).is_abnormal);
@@ -364,7 +364,8 @@ TEST_CASE("every frame of the recorded bring-up of a TMCM-1636 is explained") {
         "RPDO3 to node 1: controlword 0x0100 (disable voltage; halt), target position 0 (this PDO is off, "
         "says the DCF)");
   CHECK(texts[102] ==
-        "EMCY of node 1: 0x6320, parameter error; error register 0x01 (generic); manufacturer's bytes 00 FF "
+        "EMCY of node 1: 0x6320, error in a parameter; error register 0x01 (generic error); manufacturer's "
+        "bytes 00 FF "
         "00 00 00");
   CHECK(texts[109] == "RPDO4 to node 1: mode of operation 0 (no mode)");
   CHECK(texts[115] == "NMT to node 1: stop");

@@ -153,7 +153,7 @@ TEST_CASE("an archive that was cut off is noticed") {
   std::filesystem::resize_file(folder / "a", 500);
   std::vector<std::byte> back(1000);
   CHECK_FALSE(archive.read(0, back));
-  CHECK_THAT(archive.problem(), Contains("ends within scan 0"));
+  CHECK_THAT(archive.problem(), Contains("scan 0: the file ends within a scan"));
 }
 
 TEST_CASE("an archive replaces an older archive, but no other file") {
