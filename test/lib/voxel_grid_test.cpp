@@ -153,7 +153,7 @@ TEST_CASE("the counts of a reduction add up, whatever comes in") {
     config.cell_capacity = 300;
     config.maximum_range_m = 5;
     config.representative = static_cast<CellRepresentative>(seed % 3);
-    const std::vector<Point> points = cloud(seed, 1000 + seed, 4);
+    const std::vector<Point> points = cloud(seed, static_cast<std::size_t>(1000 + seed), 4);
     const Reduced reduced = reduce(config, points);
     check_same(reduced.counts, plain_reduce(points, config).counts);
     CHECK(sum(reduced.counts) == points.size());
