@@ -2,76 +2,20 @@
 // program and trap on every thread while a drive goes through the whole of it but the devices: drivers,
 // mapper on its thread, recording through its thread to a file, notices and status lines. A program of its
 // own, for glibc without sanitizers.
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <new>
 
 #include "alces_onboard/background_sink.h"
 #include "alces_onboard/console.h"
 #include "alces_platform/recording/file_sink.h"
 #include "onboard/vehicle_bench.h"
-
-namespace {
-
-std::atomic<bool> is_armed{false};
-std::atomic<unsigned> allocations{0};
-
-void count_allocation() {
-  if (is_armed.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
-}
-
-}  // namespace
-
-extern "C" {
-void* __libc_malloc(std::size_t);                 // NOLINT(bugprone-reserved-identifier)
-void* __libc_calloc(std::size_t, std::size_t);    // NOLINT(bugprone-reserved-identifier)
-void* __libc_realloc(void*, std::size_t);         // NOLINT(bugprone-reserved-identifier)
-void* __libc_memalign(std::size_t, std::size_t);  // NOLINT(bugprone-reserved-identifier)
-void __libc_free(void*);                          // NOLINT(bugprone-reserved-identifier)
-
-void* malloc(std::size_t bytes) {
-  count_allocation();
-  return __libc_malloc(bytes);
-}
-void* calloc(std::size_t count, std::size_t bytes) {
-  count_allocation();
-  return __libc_calloc(count, bytes);
-}
-void* realloc(void* memory, std::size_t bytes) {
-  count_allocation();
-  return __libc_realloc(memory, bytes);
-}
-void* memalign(std::size_t alignment, std::size_t bytes) {
-  count_allocation();
-  return __libc_memalign(alignment, bytes);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t bytes) {
-  count_allocation();
-  return __libc_memalign(alignment, bytes);
-}
-int posix_memalign(void** memory, std::size_t alignment, std::size_t bytes) {
-  count_allocation();
-  *memory = __libc_memalign(alignment, bytes);
-  return *memory == nullptr ? 12 : 0;  // ENOMEM
-}
-}
-
-void* operator new(std::size_t bytes) {
-  count_allocation();
-  if (void* const memory = __libc_malloc(bytes)) return memory;
-  std::abort();
-}
-void operator delete(void* memory) noexcept {
-  __libc_free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  __libc_free(memory);
-}
+#include "support/allocation_trap.h"
 
 namespace {
 
 using namespace alces;
+using test::allocations;
+using test::is_armed;
 using namespace alces::onboard;
 
 int failures = 0;
