@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "alces_platform/sim/put_signal.h"
+
 namespace alces::sim {
 namespace {
 
@@ -33,9 +35,9 @@ bool is_of_wheels(OdometryQuantity quantity) {
 }
 
 /// What does not fit into the signal comes round from below, as a counter's register does.
-double wrapped(const Signal& signal, double value) {
-  const double span = std::ldexp(signal.factor, signal.length_bits);
-  const double low = signal.offset - (signal.is_signed ? span / 2 : 0);
+double wrapped(const CanSignal& signal, double value) {
+  const double span = std::ldexp(signal.factor, signal.length);
+  const double low = signal.offset - (signal.type == RawType::signed_integer ? span / 2 : 0);
   return value - span * std::floor((value - low) / span);
 }
 

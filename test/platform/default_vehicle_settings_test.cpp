@@ -22,9 +22,9 @@ void check_same(const CanSignalSource& ours, const sim::OdometrySensorSettings& 
   for (const sim::OdometrySignal& signal : sensor.signals) {
     if (signal.quantity != quantity || signal.can_id != ours.id) continue;
     CHECK(signal.signal.start_bit == ours.signal.start_bit);
-    CHECK(signal.signal.length_bits == ours.signal.length);
-    CHECK(signal.signal.is_big_endian == (ours.signal.order == ByteOrder::motorola));
-    CHECK(signal.signal.is_signed == (ours.signal.type == RawType::signed_integer));
+    CHECK(signal.signal.length == ours.signal.length);
+    CHECK(signal.signal.order == ours.signal.order);
+    CHECK(signal.signal.type == ours.signal.type);
     CHECK(signal.signal.factor == ours.signal.factor);
     CHECK(signal.signal.offset == ours.signal.offset);
     CHECK_FALSE(ours.is_extended);

@@ -1,4 +1,5 @@
 #include "alces_platform/sim/simulated_rig.h"
+#include "alces_platform/sim/put_signal.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -820,25 +821,27 @@ TEST_CASE("faults of odometry and GPS are what they are called") {
 
 TEST_CASE("signals lie where DBC files say") {
   std::array<std::uint8_t, 8> data{};
-  CHECK(put_signal({4, 12, false, false, 0.5, 10}, 10 + 0.5 * 0xabc, data));  // Intel
+  CHECK(put_signal({4, 12, ByteOrder::intel, RawType::unsigned_integer, 0.5, 10}, 10 + 0.5 * 0xabc,
+                   data));  // Intel
   CHECK(data[0] == 0xc0);
   CHECK(data[1] == 0xab);
   data = {};
-  CHECK(put_signal({3, 12, true, true, 1, 0}, -2, data));  // Motorola: from bit 3 of byte 0 down
+  CHECK(put_signal({3, 12, ByteOrder::motorola, RawType::signed_integer, 1, 0}, -2,
+                   data));  // Motorola: from bit 3 of byte 0 down
   CHECK(data[0] == 0x0f);
   CHECK(data[1] == 0xfe);
   data = {};
-  CHECK(put_signal({0, 8, false, true, 1, 0}, 1000, data));  // saturates
+  CHECK(put_signal({0, 8, ByteOrder::intel, RawType::signed_integer, 1, 0}, 1000, data));  // saturates
   CHECK(data[0] == 127);
-  CHECK(put_signal({0, 8, false, true, 1, 0}, -1000, data));
+  CHECK(put_signal({0, 8, ByteOrder::intel, RawType::signed_integer, 1, 0}, -1000, data));
   CHECK(data[0] == 128);
-  CHECK(put_signal({0, 64, false, false, 1, 0}, 1e30, data));
+  CHECK(put_signal({0, 64, ByteOrder::intel, RawType::unsigned_integer, 1, 0}, 1e30, data));
   CHECK(data[7] == 255);
-  CHECK_FALSE(put_signal({60, 8, false, false, 1, 0}, 1, data));
-  CHECK_FALSE(put_signal({56, 9, true, false, 1, 0}, 1, data));
-  CHECK_FALSE(put_signal({0, 0, false, false, 1, 0}, 1, data));
-  CHECK_FALSE(put_signal({0, 65, false, false, 1, 0}, 1, data));
-  CHECK_FALSE(put_signal({0, 8, false, false, 0, 0}, 1, data));
+  CHECK_FALSE(put_signal({60, 8, ByteOrder::intel, RawType::unsigned_integer, 1, 0}, 1, data));
+  CHECK_FALSE(put_signal({56, 9, ByteOrder::motorola, RawType::unsigned_integer, 1, 0}, 1, data));
+  CHECK_FALSE(put_signal({0, 0, ByteOrder::intel, RawType::unsigned_integer, 1, 0}, 1, data));
+  CHECK_FALSE(put_signal({0, 65, ByteOrder::intel, RawType::unsigned_integer, 1, 0}, 1, data));
+  CHECK_FALSE(put_signal({0, 8, ByteOrder::intel, RawType::unsigned_integer, 0, 0}, 1, data));
 }
 
 TEST_CASE("the truth starts at the reference, and every fault has a text") {

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "alces_drivers/can_frame.h"
+#include "alces_drivers/can_signal.h"
 #include "alces_platform/sim/fault.h"
-#include "alces_platform/sim/put_signal.h"
 #include "alces_platform/sim/random.h"
 #include "alces_platform/sim/vehicle_motion.h"
 
@@ -38,7 +38,7 @@ inline constexpr std::size_t odometry_quantity_count = 10;
 struct OdometrySignal {
   OdometryQuantity quantity = OdometryQuantity::speed;
   std::uint32_t can_id = 0;
-  Signal signal;
+  CanSignal signal;
 };
 
 struct OdometryFrame {
@@ -51,11 +51,17 @@ struct OdometryFrame {
 struct OdometrySensorSettings {
   std::vector<OdometryFrame> frames = {{0x110, false, 5, 50}, {0x111, false, 3, 100}};
   std::vector<OdometrySignal> signals = {
-      {OdometryQuantity::left_speed, 0x110, {0, 16, false, true, 0.001, 0}},    // Intel, mm/s
-      {OdometryQuantity::right_speed, 0x110, {16, 16, false, true, 0.001, 0}},  // Intel, mm/s
-      {OdometryQuantity::counter, 0x110, {32, 8, false, false, 1, 0}},
-      {OdometryQuantity::gyro_yaw_rate, 0x111, {7, 16, true, true, 0.0001, 0}},  // Motorola, 0.1 mrad/s
-      {OdometryQuantity::counter, 0x111, {16, 8, false, false, 1, 0}}};
+      {OdometryQuantity::left_speed,
+       0x110,
+       {0, 16, ByteOrder::intel, RawType::signed_integer, 0.001}},  // Intel, mm/s
+      {OdometryQuantity::right_speed,
+       0x110,
+       {16, 16, ByteOrder::intel, RawType::signed_integer, 0.001}},  // Intel, mm/s
+      {OdometryQuantity::counter, 0x110, {32, 8, ByteOrder::intel, RawType::unsigned_integer, 1}},
+      {OdometryQuantity::gyro_yaw_rate,
+       0x111,
+       {7, 16, ByteOrder::motorola, RawType::signed_integer, 0.0001}},  // Motorola, 0.1 mrad/s
+      {OdometryQuantity::counter, 0x111, {16, 8, ByteOrder::intel, RawType::unsigned_integer, 1}}};
   double track_m = 0.6;  ///< between the wheels, as they stand; left and right speed are given by it
 
   double scale_error = 0.015;  ///< of the way: 0.7 to 1.3 times this, either sign
