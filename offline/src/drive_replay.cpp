@@ -13,22 +13,6 @@
 #include "alces_platform/settings/settings_error.h"
 
 namespace alces::offline {
-namespace {
-
-const char* word(Severity severity) {
-  switch (severity) {
-    case Severity::info:
-      return "info";
-    case Severity::warning:
-      return "warning";
-    case Severity::error:
-      return "error";
-  }
-  return "";
-}
-
-}  // namespace
-
 /// Where the drivers' frames and bytes go in a replay: the vehicle has had them.
 class DriveReplay::Wires final : public CanPort, public BytePort {
  public:
@@ -219,7 +203,7 @@ nlohmann::json DriveReplay::report() const {
   for (const auto& [what, said] : notices_) {
     json["notices"].push_back({{"source", what.first},
                                {"text", what.second},
-                               {"severity", word(said.severity)},
+                               {"severity", text(said.severity)},
                                {"times", said.times},
                                {"first_s", seconds(said.first_stamp_ns - begin_ns_)},
                                {"last_s", seconds(said.last_stamp_ns - begin_ns_)}});

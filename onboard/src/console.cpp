@@ -15,18 +15,6 @@ namespace {
 
 constexpr std::string_view clear_line = "\r\033[K";
 
-const char* word(Severity severity) {
-  switch (severity) {
-    case Severity::info:
-      return "info";
-    case Severity::warning:
-      return "warning";
-    case Severity::error:
-      return "error";
-  }
-  return "";
-}
-
 /// syslog's, as sd-daemon(3) has it.
 const char* priority(Severity severity) {
   switch (severity) {
@@ -68,7 +56,7 @@ void Console::raise(const Notice& notice) {
   std::array<char, line_bytes> line{};
   const int count =
       std::snprintf(line.data(), line.size(), "%s%s%s: %s: %s%s\n", is_line_open_ ? clear_line.data() : "",
-                    when.data(), word(notice.severity), notice.source, notice.text, value.data());
+                    when.data(), text(notice.severity), notice.source, notice.text, value.data());
   is_line_open_ = false;
   if (count > 0) write({line.data(), std::min(static_cast<std::size_t>(count), line.size() - 1)});
 }

@@ -1,0 +1,17 @@
+#include "alces_drivers/port/notice_port.h"
+
+namespace alces {
+
+const char* text(Severity severity) {
+  switch (severity) {
+    case Severity::info:
+      return "info";
+    case Severity::warning:
+      return "warning";
+    case Severity::error:
+      return "error";
+  }
+  return "unknown";
+}
+
+}  // namespace alces
