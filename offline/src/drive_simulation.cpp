@@ -166,7 +166,10 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
     result.was_stopped = is_stopped && is_stopped();
     if (host.recorder->is_stalled()) break;
   }
-  host.scanner->stop();
+  Event stop;
+  stop.kind = EventKind::stop;
+  stop.stamp_ns = now_ns;
+  host.on_event(stop);
   for (int step = 0; step < 400 && !host.scanner->is_stopped(); ++step) {
     now_ns += step_ns;
     rig.advance_to(now_ns, host);

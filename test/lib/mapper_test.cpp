@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/in_block.h"
+#include "support/memory_archive.h"
 #include "support/plain_scene.h"
 
 using namespace alces;
@@ -17,24 +18,6 @@ using namespace alces::test;
 namespace {
 
 constexpr double deg = 3.14159265358979323846 / 180;
-
-class MemoryArchive final : public ScanArchive {
- public:
-  bool write(std::uint32_t scan, std::span<const std::byte> bytes) override {
-    if (write_fails) return false;
-    records[scan].assign(bytes.begin(), bytes.end());
-    return true;
-  }
-  bool read(std::uint32_t scan, std::span<std::byte> bytes) override {
-    const auto record = records.find(scan);
-    if (read_fails || record == records.end() || record->second.size() != bytes.size()) return false;
-    std::ranges::copy(record->second, bytes.begin());
-    return true;
-  }
-  std::map<std::uint32_t, std::vector<std::byte>> records;
-  bool write_fails = false;
-  bool read_fails = false;
-};
 
 constexpr MapperConfig small_config() {
   MapperConfig config = MapperConfig::standard();
