@@ -195,16 +195,16 @@ class Toro {
 };
 
 // Held at the first rate for a while, then as 1 / time down to the last.
-double learning_rate(const ToroOptions& options, std::uint32_t iteration) {
-  const double done = static_cast<double>(iteration + 1) / options.iterations;
-  const double falling = std::max(0.0, done - options.first_rate_share);
-  const double steepness = (options.first_rate / options.last_rate - 1) / (1 - options.first_rate_share);
-  return options.first_rate / (1 + steepness * falling);
+double learning_rate(const ToroSettings& settings, std::uint32_t iteration) {
+  const double done = static_cast<double>(iteration + 1) / settings.iterations;
+  const double falling = std::max(0.0, done - settings.first_rate_share);
+  const double steepness = (settings.first_rate / settings.last_rate - 1) / (1 - settings.first_rate_share);
+  return settings.first_rate / (1 + steepness * falling);
 }
 
-void check(const ConstraintGraph& graph, const ToroOptions& options) {
-  if (!(options.first_rate > 0 && options.last_rate > 0 && options.first_rate_share >= 0 &&
-        options.first_rate_share < 1))
+void check(const ConstraintGraph& graph, const ToroSettings& settings) {
+  if (!(settings.first_rate > 0 && settings.last_rate > 0 && settings.first_rate_share >= 0 &&
+        settings.first_rate_share < 1))
     throw UsageError("TORO's learning rates must be above 0, and the share of the first in [0, 1)");
   require_connected(graph);
   for (const Constraint& constraint : graph.constraints) {
@@ -218,26 +218,27 @@ void check(const ConstraintGraph& graph, const ToroOptions& options) {
 
 }  // namespace
 
-ToroResult optimize_toro(ConstraintGraph& graph, const ToroOptions& options, const ToroCallbacks& callbacks) {
-  check(graph, options);
+ToroResult optimize_toro(ConstraintGraph& graph, const ToroSettings& settings,
+                         const ToroCallbacks& callbacks) {
+  check(graph, settings);
   ToroResult result;
   result.chi_squared_before = chi_squared(graph);
-  result.chi_squared_after = result.chi_squared_before;
+  result.chi_squared = result.chi_squared_before;
   if (!std::isfinite(result.chi_squared_before))
     throw InputError("the graph holds NaN or numbers that are too large: chi-squared is not finite");
   if (graph.constraints.empty()) return result;
   Toro toro(graph);
-  while (result.iterations < options.iterations && !result.stopped) {
-    if (callbacks.stops && callbacks.stops()) {
+  while (result.iterations < settings.iterations && !result.stopped) {
+    if (callbacks.stop_requested && callbacks.stop_requested()) {
       result.stopped = true;
       break;
     }
-    toro.iterate(learning_rate(options, result.iterations));
+    toro.iterate(learning_rate(settings, result.iterations));
     ++result.iterations;
-    if (callbacks.progress) callbacks.progress(result.iterations, options.iterations);
+    if (callbacks.progress) callbacks.progress(result.iterations, settings.iterations);
   }
   if (result.iterations > 0) toro.write_poses();
-  result.chi_squared_after = chi_squared(graph);
+  result.chi_squared = chi_squared(graph);
   return result;
 }
 

@@ -24,7 +24,7 @@
 
 namespace alces::offline {
 
-struct ToroOptions {
+struct ToroSettings {
   std::uint32_t iterations = 100;
   /// The learning rate: held for a share of the iterations, then falling as 1 / time. 1 would be a step of
   /// the preconditioned gradient; above it, each constraint is all but satisfied when its turn comes.
@@ -36,18 +36,18 @@ struct ToroOptions {
 struct ToroResult {
   std::uint32_t iterations = 0;  ///< done
   double chi_squared_before = 0;
-  double chi_squared_after = 0;
-  bool stopped = false;  ///< by Callbacks::stops
+  double chi_squared = 0;  ///< at the end
+  bool stopped = false;    ///< by stop_requested
 };
 
 struct ToroCallbacks {
   std::function<void(std::uint32_t done, std::uint32_t total)> progress;  ///< after each iteration
-  std::function<bool()> stops;  ///< asked before each iteration; the poses so far stay in the graph
+  std::function<bool()> stop_requested;  ///< asked before each iteration; the poses so far stay in the graph
 };
 
 /// Fixed vertices keep their poses to the last bit; where none is, the first does. InputError: the graph
 /// falls apart, holds NaN, or a constraint has no positive information. UsageError: rates that are none.
-ToroResult optimize_toro(ConstraintGraph& graph, const ToroOptions& options = {},
+ToroResult optimize_toro(ConstraintGraph& graph, const ToroSettings& settings = {},
                          const ToroCallbacks& callbacks = {});
 
 }  // namespace alces::offline
