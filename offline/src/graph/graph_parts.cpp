@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
-
 #include "alces_offline/error.h"
 
 namespace alces::offline {
@@ -17,9 +15,10 @@ std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t vertex) 
 }  // namespace
 
 GraphParts graph_parts(const ConstraintGraph& graph) {
-  const std::size_t n = graph.vertices.size();
-  std::vector<std::uint32_t> parent(n);
-  std::iota(parent.begin(), parent.end(), 0U);
+  const auto n = static_cast<std::uint32_t>(graph.vertices.size());
+  std::vector<std::uint32_t> parent;
+  parent.reserve(n);
+  for (std::uint32_t vertex = 0; vertex < n; ++vertex) parent.push_back(vertex);
   for (const Constraint& constraint : graph.constraints) {
     const std::uint32_t a = root_of(parent, constraint.from);
     const std::uint32_t b = root_of(parent, constraint.to);
@@ -28,16 +27,16 @@ GraphParts graph_parts(const ConstraintGraph& graph) {
     if (b < a) parent[a] = b;
   }
   GraphParts parts;
-  parts.part_of_vertex.resize(n);
+  parts.part_of_vertex.reserve(n);
   for (std::uint32_t vertex = 0; vertex < n; ++vertex) {
     const std::uint32_t root = root_of(parent, vertex);
+    const auto part = root == vertex ? static_cast<std::uint32_t>(parts.size()) : parts.part_of_vertex[root];
     if (root == vertex) {
-      parts.part_of_vertex[vertex] = static_cast<std::uint32_t>(parts.size());
       parts.first_vertex.push_back(vertex);
       parts.vertex_count.push_back(0);
     }
-    parts.part_of_vertex[vertex] = parts.part_of_vertex[root];
-    ++parts.vertex_count[parts.part_of_vertex[vertex]];
+    parts.part_of_vertex.push_back(part);
+    ++parts.vertex_count[part];
   }
   return parts;
 }
