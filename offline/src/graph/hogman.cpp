@@ -24,15 +24,24 @@ void choose_start(ConstraintGraph& graph) {
 class HogMan::Hierarchy {
  public:
   Hierarchy(bool is_planar, const HogManSettings& settings) : settings_(settings) {
-    if (settings.levels == 0) throw UsageError("HOG-Man's hierarchy has at least one level");
-    levels_.assign(settings.levels, HogManLevel(is_planar));
+    if (settings.most_levels == 0) throw UsageError("HOG-Man's hierarchy has at least one level");
+    levels_.emplace_back(is_planar);
   }
 
   HogManLevel& bottom() { return levels_.front(); }
 
   void lift() {
-    for (std::size_t k = 0; k + 1 < levels_.size(); ++k)
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+      const bool is_top = k + 1 == levels_.size();
+      if (is_top && (levels_.size() >= settings_.most_levels || vertex_count(k) <= settings_.top_vertices))
+        return;
+      if (is_top) levels_.emplace_back(levels_[k].graph().is_planar);
       levels_[k].lift(levels_[k + 1], settings_.group_radius);
+      if (is_top && vertex_count(k + 1) == vertex_count(k)) {  // nothing to put together: all are fixed
+        levels_.pop_back();
+        return;
+      }
+    }
   }
 
   void hold_a_vertex() {
@@ -89,8 +98,12 @@ class HogMan::Hierarchy {
     return static_cast<std::uint32_t>(optimize_gauss_newton(level.graph(), settings, callbacks).iterations);
   }
 
+  [[nodiscard]] std::size_t vertex_count(std::size_t level) const {
+    return levels_[level].graph().vertices.size();
+  }
+
   HogManSettings settings_;
-  std::vector<HogManLevel> levels_;
+  std::vector<HogManLevel> levels_;  // from the graph itself up
   bool has_fixed_ = false;
 };
 

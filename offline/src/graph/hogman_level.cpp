@@ -6,12 +6,10 @@
 #include "alces/pose_graph.h"
 #include "alces_offline/graph/gauss_newton.h"
 #include "alces_offline/graph/graph_parts.h"
-#include "marginal_information.h"
+#include "condense.h"
 
 namespace alces::offline {
 namespace {
-
-constexpr std::uint32_t measuring_iterations = 10;
 
 // Parts that only hang together by vertices outside are problems of their own.
 void optimize_each_part(ConstraintGraph& graph, const GaussNewtonSettings& settings) {
@@ -129,7 +127,6 @@ void HogManLevel::measure(Constraint& joint) {
   for (const std::uint32_t v : vertices) {
     place_[v] = static_cast<std::uint32_t>(pair.vertices.size());
     pair.vertices.push_back(graph_.vertices[v]);
-    pair.vertices.back().is_fixed = v == vertices.front();
   }
   for (const std::uint32_t v : vertices) {
     for (const std::uint32_t c : constraints_of_[v]) {
@@ -141,10 +138,6 @@ void HogManLevel::measure(Constraint& joint) {
   }
   const std::uint32_t to = place_[members_[joint.to].front()];
   for (const std::uint32_t v : vertices) place_[v] = no_index;
-  GaussNewtonSettings settings;
-  settings.start = GraphStart::spanning_tree;
-  settings.most_iterations = measuring_iterations;
-  optimize_gauss_newton(pair, settings);
   condense(pair, 0, to, joint);
 }
 

@@ -31,8 +31,9 @@
 namespace alces::offline {
 
 struct HogManSettings {
-  std::uint32_t levels = 3;        ///< with the graph itself; 1 is plain Gauss-Newton
-  std::uint32_t group_radius = 2;  ///< constraints from a representative to its members, at most
+  std::uint32_t most_levels = 8;     ///< with the graph itself; 1 is plain Gauss-Newton
+  std::uint32_t top_vertices = 250;  ///< a level of more gets another one above it
+  std::uint32_t group_radius = 2;    ///< constraints from a representative to its members, at most
   std::uint32_t top_iterations = 10;
   std::uint32_t local_iterations = 3;    ///< of members between representatives
   std::uint32_t refine_iterations = 30;  ///< of the graph itself, in refine(); 0 leaves it out
