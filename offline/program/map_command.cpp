@@ -77,7 +77,7 @@ void map_scans(const Options& options) {
   ScanSourceOptions source_options;
   if (!options.odometry.empty()) source_options.odometry = options.odometry;
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
-  map_and_write(scans, map_request, options.out, {ALCES_VERSION, command_line(), options.front_end, {}},
+  map_and_write(scans, map_request, options.out, {ALCES_VERSION, command_line(), options.front_end, {}, {}},
                 options.json);
 }
 

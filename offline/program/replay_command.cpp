@@ -79,8 +79,11 @@ void replay_drive(const Options& options) {
   };
   PrefetchingScanSource scans(std::move(owned));
   try {
-    map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}}, options.json,
-                  [&drive] { return drive.report(); });
+    map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}, {}},
+                  options.json, [&drive](ProgramFacts& program) {
+                    program.drive = drive.report();
+                    program.drive_counters_csv = drive.counters_csv();
+                  });
   } catch (...) {
     remove_scratch();
     throw;

@@ -15,15 +15,17 @@ namespace alces::offline {
 struct ProgramFacts {
   std::string version;
   std::vector<std::string> command_line;
-  std::string front_end;  ///< "default" or "paper"
-  nlohmann::json drive;   ///< of a replay: counters and notices of the devices; null otherwise
+  std::string front_end;           ///< "default" or "paper"
+  nlohmann::json drive;            ///< of a replay: counters and notices of the devices; null otherwise
+  std::string drive_counters_csv;  ///< of a replay: how the counters grew; empty otherwise
 };
 
 /// Makes the folder and finds out whether files can be written into it, before long work is done for it;
 /// OutputError.
 void prepare_map_folder(const std::filesystem::path& folder);
 
-/// Writes trajectory.tum, graph.g2o, frames/, map.ply and, last, run.json, each whole or not at all; .frames
+/// Writes trajectory.tum, trajectory_without_loops.tum, scans.csv, counters.csv (of a replay), graph.g2o,
+/// frames/, map.ply and, last, run.json, each whole or not at all; .frames
 /// of an earlier map that this one does not have are removed. Returns what stands in run.json. OutputError;
 /// InputError when an archived scan cannot be read back.
 nlohmann::json write_map_folder(const std::filesystem::path& folder, MapRun& run,
