@@ -149,7 +149,7 @@ TEST_CASE("points that are not finite or far off are left out and counted") {
 TEST_CASE("what is missing or broken in a map folder is said in a sentence, and nothing is left behind") {
   if (!has_page()) return;
   const TemporaryFolder folder;
-  const auto fresh = [&folder] { write_map(folder.path(), 50, {loop(0, 9, true)}); };
+  const auto fresh = [&folder] { write_map(folder.path(), 50, nlohmann::json::array({loop(0, 9, true)})); };
   for (const char* name : {"trajectory.tum", "run.json", "map.ply"}) {
     fresh();
     std::filesystem::remove(folder / name);

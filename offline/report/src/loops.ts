@@ -105,7 +105,7 @@ export class LoopsSection {
     const loop = this.report.run.loops[this.selected]
     if (!loop) return
     const visits = visitsOf(this.report, this.scans, this.nodes(), loop)
-    this.overlap.show(visits)
+    this.overlap.show(visits, loop.correction_m ?? 1)
     byId('before-caption').textContent =
       visits.source === 'offered'
         ? 'Before: as the poses had it when the loop was offered'

@@ -87,7 +87,7 @@ function addMap(report: Report, scans: Scans): Viewer {
     (cloud.points_left_out > 0 ? `; ${whole(cloud.points_left_out)} points that are not finite or far off are left out` : '') +
     (viewer.painter.kind === 'canvas' ? '. This browser has no WebGL: the points are drawn slower and fewer at a time' : '') +
     '.'
-  showLegend()
+  viewer.onLegend = showLegend
   return viewer
 }
 

@@ -116,9 +116,10 @@ export class OverlapView {
     }
   }
 
-  show(visits: Visits | null) {
+  /** `correction` is how far the two are apart before, in m: it is to be seen. */
+  show(visits: Visits | null, correction: number) {
     this.visits = visits
-    this.view = { x: 0, y: 0, metres: 30 }
+    this.view = { x: 0, y: 0, metres: Math.min(36, Math.max(12, 25 * correction)) }
     this.draw()
   }
   setWallsOnly(wallsOnly: boolean) {
@@ -183,15 +184,16 @@ export class OverlapView {
     const scale = width / this.view.metres
     const isDark = themeColor('scheme') === 'dark'
     ink.globalCompositeOperation = isDark ? 'lighten' : 'darken'
-    const size = Math.max(1.3 * ratio, 0.03 * scale)
+    const size = Math.max(1.5 * ratio, 0.03 * scale)
     const { ground } = this.visits
-    for (const [points, color] of [
-      [this.visits.first, themeColor('visit-first')],
-      [last, themeColor('visit-last')],
+    // Heights are those of the finished map on both sides: where the drive had drifted up, "before" shows the same walls.
+    for (const [points, finished, color] of [
+      [this.visits.first, this.visits.first, themeColor('visit-first')],
+      [last, this.visits.lastAfter, themeColor('visit-last')],
     ] as const) {
       ink.fillStyle = color
       for (let i = 0; i < points.length; i += 3) {
-        if (this.wallsOnly && (points[i + 2] < ground + 0.5 || points[i + 2] > ground + 2.5)) continue
+        if (this.wallsOnly && (finished[i + 2] < ground + 0.5 || finished[i + 2] > ground + 2.5)) continue
         // x forward is up, y left is left
         const px = width / 2 - (points[i + 1] - this.view.y) * scale
         const py = height / 2 - (points[i] - this.view.x) * scale

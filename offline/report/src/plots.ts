@@ -9,7 +9,7 @@ export interface Curve {
   name: string
   color: string // of style.css
   values: ArrayLike<number>
-  fill?: boolean
+  fill?: boolean | 'solid'
   points?: boolean
 }
 
@@ -58,7 +58,7 @@ function makePlot(request: PlotRequest): uPlot {
           label: name,
           stroke: themeColor(color),
           width: points ? 0 : 1.4,
-          fill: fill ? `${themeColor(color)}40` : undefined,
+          fill: fill === 'solid' ? themeColor(color) : fill ? `${themeColor(color)}40` : undefined,
           points: points ? { show: true, size: 6, fill: themeColor(color) } : { show: false },
           value: (_: uPlot, value: number | null) => (value == null ? '' : `${digits(value, 3)} ${request.unit}`),
         })),
@@ -161,10 +161,10 @@ export function addScanPlots(report: Report, scans: Scans, onScan: (scan: number
       unit: 'ms',
       note: 'one upon the other: thinning out, tree and surface, matching, loops',
       curves: [
-        { name: '+ loops', color: 'curve-4', values: sums[4], fill: true },
-        { name: '+ matching', color: 'curve-3', values: sums[2], fill: true },
-        { name: '+ tree and surface', color: 'curve-2', values: sums[1], fill: true },
-        { name: 'thinning out', color: 'curve-1', values: sums[0], fill: true },
+        { name: '+ loops', color: 'curve-4', values: sums[4], fill: 'solid' },
+        { name: '+ matching', color: 'curve-3', values: sums[2], fill: 'solid' },
+        { name: '+ tree and surface', color: 'curve-2', values: sums[1], fill: 'solid' },
+        { name: 'thinning out', color: 'curve-1', values: sums[0], fill: 'solid' },
       ],
     })
     addPlot(parent, {

@@ -44,7 +44,8 @@ export class Viewer {
   /** How long the latest frames took, in ms: for measuring. */
   readonly frameTimes: { ms: number; points: number; moving: boolean }[] = []
   onLoop: (index: number) => void = () => {}
-  onScan: (scan: number | null) => void = () => {}
+  /** The colour scale's range is known. */
+  onLegend: () => void = () => {}
 
   private readonly camera = new PerspectiveCamera(45, 1, 0.1, 5000)
   private readonly controls: OrbitControls
@@ -148,6 +149,7 @@ export class Viewer {
     const at = (share: number) => heights[Math.floor(share * (heights.length - 1))]
     this.heights[0] = at(0.02)
     this.heights[1] = Math.max(at(0.98), at(0.02) + 0.5)
+    this.onLegend()
   }
 
   get points(): number {
@@ -179,7 +181,7 @@ export class Viewer {
     const gradient = rampCss(this.mode)
     const stamps = this.scans.column('stamp')!
     if (this.mode === 'height')
-      return { title: 'height', low: `${digits(this.heights[0])} m`, high: `${digits(this.heights[1])} m`, gradient }
+      return { title: 'height', low: `${this.heights[0].toFixed(1)} m`, high: `${this.heights[1].toFixed(1)} m`, gradient }
     if (this.mode === 'correction')
       return { title: 'moved by closing loops', low: '0', high: metres(this.scans.largestCorrection), gradient }
     const last = this.scans.count - 1
@@ -210,8 +212,18 @@ export class Viewer {
   // ------------------------------------------------------------------------------------------------ the camera
 
   home(animated = true) {
-    const distance = (1.15 * this.radius) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect)
-    this.fly(new Vector3(-0.35, -0.5, 0.79).multiplyScalar(distance), new Vector3(0, 0, 0), animated)
+    // As near as shows all of the drive, and something of what is about it.
+    const back = new Vector3(-0.35, -0.5, 0.79).normalize()
+    const right = new Vector3(0, 0, 1).cross(back).normalize()
+    const up = back.clone().cross(right)
+    const tall = Math.tan((this.camera.fov * Math.PI) / 360)
+    const wide = tall * this.camera.aspect
+    let distance = 0
+    for (const place of this.after) {
+      const across = Math.max((Math.abs(place.dot(right)) + 15) / wide, (Math.abs(place.dot(up)) + 15) / tall)
+      distance = Math.max(distance, across + place.dot(back))
+    }
+    this.fly(back.multiplyScalar(1.05 * distance), new Vector3(0, 0, 0), animated)
   }
 
   private fly(to: Vector3, toTarget: Vector3, animated: boolean) {
