@@ -117,7 +117,7 @@ export class LoopsSection {
       : 'In the finished map, which this loop was not allowed to bend'
   }
   redraw() {
-    this.overlap.draw()
+    this.overlap.drawNow()
   }
 
   private describe(loop: Loop, index: number) {

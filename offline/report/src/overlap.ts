@@ -126,10 +126,12 @@ export class OverlapView {
     this.wallsOnly = wallsOnly
     this.draw()
   }
-  readonly draw = onceAFrame(() => {
+  readonly draw = onceAFrame(() => this.drawNow())
+  /** At once: printing does not wait for a frame. */
+  drawNow() {
     this.paint(this.canvases.before, this.visits?.lastBefore)
     this.paint(this.canvases.after, this.visits?.lastAfter)
-  })
+  }
 
   private listen(canvas: HTMLCanvasElement) {
     const zoom = (factor: number) => {
