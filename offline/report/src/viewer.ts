@@ -152,6 +152,10 @@ export class Viewer {
     this.onLegend()
   }
 
+  /** All that is to be seen is drawn. */
+  get isSettled(): boolean {
+    return !this.scheduled && this.flight === null && this.waiting.length === 0
+  }
   get points(): number {
     return this.nodes.reduce((sum, node) => sum + node.count, 0)
   }
