@@ -40,7 +40,7 @@ build_gpio_sim "$arch" "$kernels" || { tail -n 5 "$kernels/gpiosim.log"; echo "F
 image=$(kernel_image "$arch" "$kernels") || { echo "FAIL kernel: cannot be unpacked"; exit 1; }
 
 lap "guest"
-rm -rf "$results" "$work/root"
+rm -rf "$work/root"
 mkdir -p "$results" "$work/root"/{bin,sbin,usr/bin,usr/sbin,proc,sys,dev,tmp,run,etc,out,disk,lib}
 root=$work/root
 add_modules "$kernels" "$root" vcan can-raw configfs "$kernels/gpiosim/gpio-sim.ko" virtio_pci virtio_blk 9pnet_virtio 9p \
@@ -55,29 +55,58 @@ esac
   "$kernels"/tools/usr/bin/{candump,cansend,canplayer,gpiomon} || exit 1
 cp "$kernels/tools/bin/busybox" "$root/bin/busybox"
 cp -r "$here/guest" "$root/scenarios"
+"$here/hostile_trace.py" > "$root/scenarios/hostile.log"
 mv "$root/scenarios/init" "$root/init"; chmod +x "$root/init"
-"$alces" simulate --print-config | sed -e 's/^interface = .*/interface = "vcan0"/' -e 's/^chip = .*/chip = "alces-sim"/' \
-  -e 's/^lines = .*/lines = ["2"]/' -e 's#"/dev/ttyUSB0"#"/run/alces/laser_a"#' -e 's#"/dev/ttyUSB1"#"/run/alces/laser_b"#' \
-  -e 's#"/dev/ttyUSB2"#"/run/alces/gps"#' > "$root/etc/vehicle.toml"
+"$alces" simulate --print-config | sed -f "$here/vehicle.sed" > "$root/etc/vehicle.toml"
 cp "$root/etc/vehicle.toml" "$results/vehicle.toml"
 
+(cd "$root" && find . | cpio -o -H newc -R 0:0 --quiet | gzip -1) > "$work/initrd.gz"
+
 # boot SCENARIO LIMIT_S: the guest's console goes to results/SCENARIO.console. Time in the guest follows its instructions
-# (one a nanosecond) and skips what it sleeps: how busy this machine is changes nothing in there.
+# (one a nanosecond) and skips what it sleeps: how busy this machine is changes nothing in there. Returns when the guest
+# has switched itself off, when the time is up, or when the guest has said CUT: then its power is cut.
 boot() {
-  local scenario=$1 limit_s=$2 console=$results/$1.console
-  (cd "$root" && find . | cpio -o -H newc -R 0:0 --quiet | gzip -1) > "$work/initrd.gz"
-  local options=(-accel tcg -smp 1 -m 768 -nodefaults -no-user-config -display none -monitor none -no-reboot -serial stdio
-    -icount shift=0,sleep=off -rtc base=2026-01-01T00:00:00,clock=vm -kernel "$image" -initrd "$work/initrd.gz"
-    -virtfs "local,path=$results,mount_tag=out,security_model=none,multidevs=remap"
-    -drive "if=none,id=disk,format=raw,file=$work/disk.img" -device virtio-blk-pci,drive=disk)
+  local scenario=$1 limit_s=$2 console=$results/$1.console machine began_s=$SECONDS cpu_s=0
   case $arch in
-    amd64) options+=(-M pc -cpu Nehalem -append "console=ttyS0 panic=-1 quiet scenario=$scenario") ;;
-    arm64) options+=(-M virt -cpu cortex-a72 -append "console=ttyAMA0 panic=-1 quiet scenario=$scenario") ;;
+    amd64) machine=(-M pc -cpu Nehalem -append "console=ttyS0 panic=-1 quiet scenario=$scenario") ;;
+    arm64) machine=(-M virt -cpu cortex-a72 -append "console=ttyAMA0 panic=-1 quiet scenario=$scenario") ;;
   esac
   [ -e "$work/disk.img" ] || { truncate -s 256M "$work/disk.img"; mkfs.ext4 -q -F "$work/disk.img"; }
-  timeout "$limit_s" $qemu "${options[@]}" < /dev/null > "$console" 2>&1 &
-  wait $!
+  $qemu "${machine[@]}" -accel tcg -smp 1 -m 768 -nodefaults -no-user-config -display none -monitor none -no-reboot \
+    -serial stdio -icount shift=0,sleep=off -rtc base=2026-01-01T00:00:00,clock=vm -kernel "$image" -initrd "$work/initrd.gz" \
+    -virtfs "local,path=$results,mount_tag=out,security_model=none,multidevs=remap" \
+    -drive "if=none,id=disk,format=raw,file=$work/disk.img" -device virtio-blk-pci,drive=disk \
+    < /dev/null > "$console" 2>&1 &
+  qemu_pid=$!
+  while kill -0 "$qemu_pid" 2> /dev/null; do
+    grep -aq '^CUT' "$console" && break
+    if [ $((SECONDS - began_s)) -ge "$limit_s" ]; then
+      echo "FAIL $scenario: hangs; stopped after $limit_s s"; failed=1
+      break
+    fi
+    cpu_s=$(ps -o cputimes= -p "$qemu_pid")
+    sleep 0.5
+  done
+  lap "$scenario: $((SECONDS - began_s)) s, of which this machine worked ${cpu_s// /} s"
+  kill -KILL "$qemu_pid" 2> /dev/null
+  wait "$qemu_pid" 2> /dev/null
+  qemu_pid=""
+  sed -i 's/\r//g' "$console"
 }
+qemu_pid=""
+trap '[ -z "$qemu_pid" ] || kill -KILL "$qemu_pid"' EXIT
+trap 'exit 1' INT TERM
+
+# check NAME COMMAND...: a verdict of the host's, with the last line of what the command said.
+check() {
+  local name=$1 said; shift
+  if said=$("$@" 2>&1); then
+    echo "PASS $name ($(echo "$said" | tail -n 1))"
+  else
+    echo "FAIL $name: $(echo "$said" | tail -n 1)"; failed=1
+  fi
+}
+at_least() { echo "$1 of $2 that must be"; [ "${1:-0}" -ge "$2" ]; }
 
 failed=0
 expect() {  # expect COUNT SCENARIO: so many verdicts, and the end
@@ -92,6 +121,7 @@ expect() {  # expect COUNT SCENARIO: so many verdicts, and the end
 
 rm -f "$work/disk.img"
 for scenario in $scenarios; do
+  rm -rf "${results:?}/$scenario" "$results/$scenario.console"
   lap "$scenario"
   . "$here/$scenario.sh"
 done

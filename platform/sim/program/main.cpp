@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -122,6 +123,7 @@ void run(const Options& options) {
   if (options.speed_m_per_s > 0) rig.motion.mean_speed_m_per_s = options.speed_m_per_s;
   rig.lasers = static_cast<std::uint8_t>(settings.vehicle.scanner.assembler.laser_count);
   rig.has_gps = settings.vehicle.scanner.has_gps;
+  rig.field_of_view_rad = settings.vehicle.scanner.lms2xx[0].field_of_view_deg * std::numbers::pi / 180;
   rig.gps.baud_rate = settings.vehicle.gps_baud;
   const EncoderConfig& encoder = settings.vehicle.scanner.encoder;
   if (encoder.shape == AngleShape::quadrature)

@@ -4,17 +4,14 @@ wires_up; verdict "wires: vcan and gpio-sim are up" $? "no vcan0 or no gpio-sim"
 # A line that another program holds: alcesd says who, and ends.
 gpiomon "$chip" 2 > /dev/null 2>&1 & holder=$!
 sleep 0.5
-mkdir -p /run/alces/busy
-start_simulator busy_simulator.log --scans 1
 start_alcesd busy.log --record "$out/busy.mcap"
 ends_within 10 "$alcesd"; status=$?
 grep -q 'in use by "gpiomon"' "$out/busy.log"; named=$?
 [ $status = 5 ] && [ $named = 0 ] && [ ! -e "$out/busy.mcap" ]
 verdict "gpio line busy: named, exit status 5, no empty recording" $? "status $status: $(tail -n 1 "$out/busy.log")"
-stop_simulator
 kill $holder; wait $holder
 
-start_simulator simulator.log --scans 40 --seed 3 --standstill 12 --tap 3 --truth "$out/truth.tum"
+start_simulator simulator.log --scans 30 --speed 1.6 --seed 2 --standstill 8 --tap 3 --truth /run/alces/truth.tum
 candump -L vcan0 > "$out/candump.log" 2> "$out/candump.err" & candump=$!
 gpiomon "$chip" 3 > "$out/gpiomon.txt" 2>&1 & gpiomon=$!
 sleep 0.5
@@ -41,6 +38,7 @@ verdict "SIGTERM: alcesd ends with status 0" $status "status $status: $(tail -n 
 sleep 0.5
 kill -TERM $candump $gpiomon; wait $candump; wait $gpiomon
 stop_simulator
+cp /run/alces/truth.tum "$out"
 cat "$out/simulator.log"; tail -n 30 "$out/alcesd.log"
 grep -q '^head: -\?0.00 rpm; motor: .*disabled' "$out/simulator.log"
 verdict "SIGTERM: the head stands and the motor is disabled" $? "$(grep '^head' "$out/simulator.log")"
