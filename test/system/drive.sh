@@ -1,5 +1,5 @@
 # Sourced by run.sh: a drive, and what its recording and the traces beside it are worth.
-boot drive 900
+boot drive 1200
 expect 6 drive
 drive=$results/drive
 

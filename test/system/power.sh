@@ -1,7 +1,7 @@
 # Sourced by run.sh: what alces exports is played by canplayer; a recording outlives a power cut.
 [ -e "$results/exported.log" ] || "$alces" simulate --scans 3 --out "$work/sample.mcap" > /dev/null 2>&1
 [ -e "$results/exported.log" ] || "$alces" convert "$work/sample.mcap" "$results/exported.log" > /dev/null 2>&1
-boot power 900
+boot power 1200
 grep -a '^CUT' "$results/power.console"
 if ! grep -aq '^CUT' "$results/power.console"; then
   echo "FAIL power: there was nothing to cut; the console's end:"; tail -n 15 "$results/power.console"; failed=1
