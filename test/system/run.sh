@@ -6,6 +6,7 @@
 #     WORK       folder for kernels (kept) and logs
 #     SCENARIO   only these, of: drive faults power
 # Exit status: 0 every verdict is PASS, 1 one is not or is missing, 77 cannot be run here (the last line says why).
+# ALCES_SYSROOT: what the programs for arm64 were linked against, when it is not build/sysroot/aarch64.
 # ALCES_KERNELS: a folder for kernels that several build trees share. See docs/system-test.md.
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -49,7 +50,7 @@ add_modules "$kernels" "$root" vcan can-raw configfs "$kernels/gpiosim/gpio-sim.
 libraries=("$kernels"/tools/usr/lib/*-linux-gnu "$kernels"/tools/lib/*-linux-gnu)
 case $arch in
   amd64) libraries+=(/usr/lib/x86_64-linux-gnu /lib/x86_64-linux-gnu) ;;
-  arm64) libraries+=(${ALCES_SYSROOT:+"$ALCES_SYSROOT"/usr/lib/aarch64-linux-gnu} /usr/lib/aarch64-linux-gnu /usr/aarch64-linux-gnu/lib) ;;
+  arm64) libraries+=("${ALCES_SYSROOT:-$here/../../build/sysroot/aarch64}"/usr/lib/aarch64-linux-gnu /usr/aarch64-linux-gnu/lib) ;;
 esac
 "$here/add_programs.py" "$root" "$strip" "${libraries[@]}" -- "$programs"/{alcesd,alces-scanner-sim} \
   "$kernels"/tools/usr/bin/{candump,cansend,canplayer,gpiomon} || exit 1
