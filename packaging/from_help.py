@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 SECTIONS = ("Positionals:", "Options:", "Subcommands:")
-TAIL = re.compile(r"^([A-Z][A-Za-z ]+):(?: (.*))?$")
+HEADING = re.compile(r"^([A-Z][A-Za-z ]+):(?: (.*))?$")
 
 
 class Help:
@@ -47,7 +47,7 @@ class Help:
             else:
                 name, _, description = self.split(line.strip())
                 section.append((name, description))
-        self.options = [entry for entry in self.entries.get("Options", ())]
+        self.options = self.entries.get("Options", [])
         for name, _ in self.options:
             if not name.startswith("-"):
                 sys.exit(f"{source}: '{name}' is no option")
@@ -93,47 +93,29 @@ def page(name, section, help_, version, date, see_also):
         out.append(f".SH {heading.upper()}")
         for entry, description in entries:
             out += [".TP", wrapped_type(entry) if heading == "Options" else f"\\fB{roff(entry)}\\fR", roff(description)]
-    in_table = False
-    out_tail = []
-    for line in help_.tail:
-        heading = TAIL.match(line)
+    under = None
+    for block in "\n".join(help_.tail).split("\n\n"):
+        lines = block.split("\n")
+        heading = HEADING.match(lines[0])
         if heading and heading.group(1) in ("Examples", "Exit status"):
-            if in_table:
-                out_tail.append(".fi")
-                in_table = False
-            out_tail.append(f".SH {heading.group(1).upper()}")
-            if heading.group(2):
-                out_tail.append(roff(heading.group(2)))
-            continue
-        if line.startswith("  ") and not in_table:
-            out_tail.append(".nf")
-            in_table = True
-        elif in_table and not line.startswith("  "):
-            out_tail.append(".fi")
-            in_table = False
-            if line:
-                out_tail.append(".SH NOTES")
-                continue_with = roff(line)
-                out_tail.append(continue_with)
-                continue
-        if not line:
-            if out_tail and not out_tail[-1].startswith((".SH", ".PP")):
-                out_tail.append(".PP")
+            under = heading.group(1).upper()
+            out.append(f".SH {under}")
+            lines[0] = heading.group(2) or ""
+        elif under == "DESCRIPTION":
+            out.append(".PP")
         else:
-            out_tail.append(roff(line))
-    if in_table:
-        out_tail.append(".fi")
-    while out_tail and out_tail[-1] == ".PP":
-        out_tail.pop()
-    # A paragraph mark before a heading says nothing, and man complains.
-    kept = [line for i, line in enumerate(out_tail)
-            if not (line == ".PP" and i + 1 < len(out_tail) and out_tail[i + 1].startswith(".SH"))]
-    if kept and not kept[0].startswith(".SH"):
-        kept.insert(0, ".SH DESCRIPTION")
-    out += kept
+            under = "DESCRIPTION"
+            out.append(".SH DESCRIPTION")
+        is_table = False
+        for line in filter(None, lines):
+            if line.startswith("  ") != is_table:
+                is_table = not is_table
+                out.append(".nf" if is_table else ".fi")
+            out.append(roff(line))
+        if is_table:
+            out.append(".fi")
     if see_also:
-        out += [".SH SEE ALSO", ",\n".join(f".BR {roff(other)} ({number})".replace(".BR", ".BR", 1)
-                                           for other, number in see_also).replace(",\n", ",\n")]
+        out += [".SH SEE ALSO", ",\n".join(f".BR {roff(other)} ({number})" for other, number in see_also)]
     return "\n".join(out) + "\n"
 
 
