@@ -200,6 +200,9 @@ void Scanner::on_event(const Event& event) {
         ++counters_.events_of_unknown_channel;
       }
       return;
+    case EventKind::stop:
+      stop();
+      return;
     case EventKind::can_sent:
     case EventKind::bytes_sent:
       return;

@@ -1,4 +1,5 @@
-// alces convert: a drive from one form into another: recording (MCAP), folder of traces, single trace.
+// alces convert: a drive from one form into another (recording, folder of traces, single trace), and clouds,
+// maps and trajectories into the forms of other programs.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -11,10 +12,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "alces_drivers/stamp.h"
+#include "alces_offline/convert/convert_map.h"
+#include "alces_offline/convert/recording_file.h"
 #include "alces_offline/error.h"
-#include "alces_platform/recording/file_sink.h"
-#include "alces_platform/recording/recording_writer.h"
 #include "alces_platform/replay/recording_source.h"
 #include "alces_platform/replay/trace_folder.h"
 #include "alces_platform/replay/trace_writer.h"
@@ -33,6 +33,13 @@ constexpr const char* footer = R"(Examples:
   alces convert drive.mcap can0.log              all CAN frames, for canplayer and log2asc
   alces convert drive.mcap laser_a.bin           what laser a sent
   alces convert cut.mcap whole.mcap              what can be read of a damaged recording, as a whole file
+  alces convert town town.las                    a map as LAS; also .ply, .pcd (binary), .csv, .bin (KITTI)
+  alces convert town town.kitti                  its trajectory; also .tum, and a folder called frames (3DTK)
+  alces convert town town.mcap                   its scans and poses, for Foxglove and ROS 2
+  alces convert scans/ all.pcd --odometry p.tum  a folder of scans, each at its pose, as one cloud
+  alces convert drive.mcap drive.las             what alcesd mapped during the drive
+
+Clouds come in as PLY, PCD, LAS, 3DTK .3d, KITTI .bin and CSV. Not LAZ and E57: Debian has no library for them.
 
 What is in a folder of traces, and what each form can hold: docs/recordings.md. Traces of other programs are merged by
 their time stamps; where their clocks differ, --clock-offset gpio.txt=12.5 adds seconds to the stamps of a file, and
@@ -45,6 +52,8 @@ constexpr std::size_t most_warnings = 10;
 struct Options {
   std::string in;
   std::string out;
+  std::string to;
+  std::string odometry;
   std::string stamps = "auto";
   std::string gpiomon = "2";
   std::vector<std::string> lines;
@@ -103,64 +112,6 @@ void require_events(std::uint64_t events, const Traces& traces, const std::strin
   throw InputError(in, "holds no event that could be read; nothing is written");
 }
 
-/// A recording that appears under its name only when it is whole.
-class RecordingFile {
- public:
-  RecordingFile(const fs::path& file, RecordingConfig config) : file_(file), part_(file.string() + ".part") {
-    if (!sink_.open(part_.c_str())) fail();
-    block_.resize(RecordingWriter::memory_required(config) / sizeof(Line) + 1);
-    RecordingStatus status{};
-    writer_ =
-        RecordingWriter::create(std::as_writable_bytes(std::span(block_)), config, sink_, nullptr, status);
-    if (writer_ == nullptr) throw Error(text(status), 4);
-  }
-  RecordingFile(const RecordingFile&) = delete;
-  RecordingFile& operator=(const RecordingFile&) = delete;
-  ~RecordingFile() {
-    std::error_code ignored;
-    if (!committed_) fs::remove(part_, ignored);
-  }
-
-  RecordingWriter& writer() { return *writer_; }
-
-  void commit() {
-    if (!writer_->finish() || writer_->file_counters().chunks_lost > 0 || !sink_.close()) fail();
-    std::error_code error;
-    fs::rename(part_, file_, error);
-    if (error) throw OutputError(file_, fmt::format("cannot be written ({})", error.message()));
-    committed_ = true;
-  }
-
- private:
-  struct alignas(Arena::alignment) Line {
-    std::byte bytes[Arena::alignment];
-  };
-
-  [[noreturn]] void fail() {
-    throw OutputError(file_, fmt::format("cannot be written ({})", std::strerror(sink_.error_number())));
-  }
-
-  fs::path file_;
-  std::string part_;
-  FileSink sink_;
-  std::vector<Line> block_;
-  RecordingWriter* writer_ = nullptr;
-  bool committed_ = false;
-};
-
-RecordingConfig recording_config(const std::string& configuration, std::int64_t utc_offset_ns,
-                                 std::uint8_t buses) {
-  RecordingConfig config;
-  config.chunk_bytes = std::size_t{16} << 20;  // the largest message of any recording we write
-  config.messages_per_chunk = 65535;
-  config.chunk_capacity = 65536;
-  config.flush_interval_ns = 5 * ns_per_s;  // no power loss to fear: fewer, larger chunks
-  config.can_bus_count = std::min(buses, recording::maximum_can_buses);
-  config.configuration = configuration;
-  config.utc_offset_ns = utc_offset_ns;
-  return config;
-}
-
 void report(const RecordingWriter& writer, const std::string& in, const std::string& out) {
   const RecordingWriter::Counters& counters = writer.counters();
   if (const std::uint64_t lost = counters.events_unknown + counters.messages_too_large; lost > 0)
@@ -176,8 +127,8 @@ void copy_recording(const Options& options) {
   RecordingReader reader(file);
   reader.open();
   const std::string configuration = reader.configuration();
-  RecordingFile recording(options.out,
-                          recording_config(configuration, reader.utc_offset_ns(), reader.can_bus_count()));
+  RecordingFile recording(
+      options.out, desk_recording_config(configuration, reader.utc_offset_ns(), reader.can_bus_count()));
   RecordingWriter& writer = recording.writer();
   Progress progress("converting");
   const std::uint64_t total = fs::file_size(options.in);
@@ -231,7 +182,8 @@ void traces_to_recording(const Options& options) {
   const std::uint8_t buses = count_can_buses(options.in, trace);
   Traces traces = open_traces(options.in, trace);
   warn_of_files(traces);
-  RecordingFile recording(options.out, recording_config(traces.configuration, traces.utc_offset_ns, buses));
+  RecordingFile recording(options.out,
+                          desk_recording_config(traces.configuration, traces.utc_offset_ns, buses));
   std::uint64_t events = 0;
   hand_on(traces, recording.writer(), events);
   require_events(events, traces, options.in);
@@ -280,12 +232,67 @@ bool is_recording_name(const std::string& name) {
   return fs::path(name).extension() == ".mcap";
 }
 
+bool is_trajectory(ConversionForm form) {
+  return form == ConversionForm::tum || form == ConversionForm::kitti || form == ConversionForm::frames;
+}
+
+/// Names that mean one thing in a drive and another among clouds: the other side says which.
+std::optional<ConversionSource> source_for(const fs::path& in, ConversionForm form) {
+  const std::string extension = in.extension().string();
+  const std::string name = in.filename().string();
+  const bool is_laser = name.starts_with("laser_") || name.starts_with("gps");
+  if (extension == ".csv" && !is_trajectory(form)) return ConversionSource::cloud;
+  if (extension == ".txt" && is_trajectory(form)) return ConversionSource::trajectory;
+  if (extension == ".bin" && !is_laser) return ConversionSource::cloud;
+  return conversion_source(in);
+}
+
+/// A map, cloud or trajectory, when IN is one and OUT can be made of it.
+std::optional<MapConversion> map_conversion(const Options& options) {
+  const std::optional<ConversionForm> form =
+      options.to.empty() ? conversion_form(options.out) : conversion_form_called(options.to);
+  if (!form) {
+    const std::optional<ConversionSource> source = conversion_source(options.in);
+    if (!source || *source == ConversionSource::recording) return std::nullopt;
+    throw UsageError(
+        fmt::format("{}: what to write is not clear; end the name in .ply, .pcd, .las, .csv, .bin, .tum, "
+                    ".kitti or .mcap, or say it with --to",
+                    options.out));
+  }
+  const std::optional<ConversionSource> source = source_for(options.in, *form);
+  const bool is_drive = !source || (*source == ConversionSource::recording &&
+                                    (*form == ConversionForm::mcap || *form == ConversionForm::kitti_scan));
+  if (is_drive && options.to.empty()) return std::nullopt;
+  if (!source)
+    throw UsageError(fmt::format("{} is no map, cloud or trajectory; --to is for these", options.in));
+  MapConversion conversion{options.in, options.out, *source, *form, {}};
+  if (!options.odometry.empty()) conversion.odometry = options.odometry;
+  return conversion;
+}
+
+void convert_map(const Options& options, const MapConversion& conversion) {
+  Progress progress("converting");
+  const MapConversionReport report =
+      convert_map(conversion, [&](std::size_t done, std::size_t total) { progress(done, total); });
+  for (const std::string& warning : report.warnings) fmt::print(stderr, "alces: warning: {}\n", warning);
+  if (report.not_finite > 0)
+    fmt::print(stderr, "alces: warning: {} points are not finite and are left out\n", report.not_finite);
+  if (is_trajectory(conversion.form)) {
+    fmt::print("{} -> {}: {} poses\n", options.in, options.out, report.poses);
+  } else {
+    fmt::print("{} -> {}: {} points of {} scans\n", options.in, options.out, report.points, report.scans);
+  }
+}
+
 void convert(const Options& options) {
+  if (!fs::exists(options.in)) throw InputError(options.in, "does not exist; check the path");
   std::error_code error;
   if (fs::equivalent(options.in, options.out, error))
     throw UsageError(fmt::format("{} is both read and written; name another OUT", options.in));
   try {
-    if (!is_recording_name(options.out)) {
+    if (const std::optional<MapConversion> conversion = map_conversion(options)) {
+      convert_map(options, *conversion);
+    } else if (!is_recording_name(options.out)) {
       to_traces(options);
     } else if (!fs::is_directory(options.in) && is_recording_name(options.in)) {
       copy_recording(options);
@@ -303,13 +310,16 @@ void convert(const Options& options) {
 
 void add_convert_command(CLI::App& alces) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb =
-      alces.add_subcommand("convert", "A drive as a recording, or as the traces of can-utils and libgpiod.");
+  CLI::App* verb = alces.add_subcommand(
+      "convert", "Drives, maps, clouds and trajectories in the forms of other programs.");
   verb->footer(footer);
-  verb->add_option("IN", options->in, "a recording (.mcap), a folder of traces, or a single trace")
+  verb->add_option("IN", options->in,
+                   "a recording (.mcap), traces, a map folder, scans, a cloud or a trajectory")
       ->required();
-  verb->add_option("OUT", options->out, "NAME.mcap, NAME.log, NAME.txt, laser_a.bin, or a folder")
-      ->required();
+  verb->add_option("OUT", options->out, "the file or folder to write; its name says the form")->required();
+  verb->add_option("--to", options->to, "the form of OUT, where its name does not say it")
+      ->check(CLI::IsMember({"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "mcap"}));
+  verb->add_option("--odometry", options->odometry, "poses of the scans, instead of those beside them");
   verb->add_option("--gpiomon", options->gpiomon, "the form of gpiomon's text to write: of libgpiod 1 or 2")
       ->check(CLI::IsMember({"1", "2"}))
       ->capture_default_str();

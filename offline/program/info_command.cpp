@@ -1,9 +1,11 @@
 // alces info: what is in there? One JSON object per thing; the text for people is the same object, indented.
+#include <fmt/chrono.h>
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -12,9 +14,12 @@
 #include <sstream>
 #include <string>
 
+#include "alces_drivers/stamp.h"
 #include "alces_offline/error.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
+#include "alces_platform/recording/byte_source.h"
+#include "alces_platform/recording/recording_reader.h"
 #include "command.h"
 
 namespace alces::offline {
@@ -26,6 +31,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* footer = R"(Examples:
   alces info scans/                a folder of scans: counts, extent, odometry, points that are not finite
   alces info town                  a map folder: its trajectory, points, graph, and the summary of its run
+  alces info drive.mcap            a recorded drive: duration, messages by topic, whether it is whole
   alces info graph.g2o --json      a pose graph (g2o, TORO), for machines
 
 Also: trajectories (TUM, KITTI, 4x4 matrices, 3DTK) and single scans (PLY, PCD, 3DTK, KITTI, CSV).)";
@@ -176,6 +182,13 @@ Json describe_graph(const fs::path& file) {
   return json;
 }
 
+/// "2011-07-05 09:14:03Z".
+std::string utc_text(std::int64_t utc_ns) {
+  const auto since_epoch = std::chrono::nanoseconds(utc_ns);
+  const std::chrono::sys_seconds time(std::chrono::floor<std::chrono::seconds>(since_epoch));
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}Z", time);
+}
+
 /// The members of run.json; long lists become their length, loops are counted by what became of them.
 Json summary_of_run(const fs::path& file) {
   std::ifstream stream(file);
@@ -215,6 +228,29 @@ Json describe_map(const fs::path& folder) {
   return json;
 }
 
+Json describe_recording(const fs::path& file) {
+  FileSource source(file.c_str());
+  if (!source.is_open()) throw InputError(file, "cannot be opened for reading");
+  const RecordingSummary summary = summarise_recording(source);
+  if (!summary.is_recording) {
+    throw InputError(file, summary.problems.empty() ? "is no recording (MCAP)" : summary.problems.front());
+  }
+  Json json;
+  json["is_whole"] = summary.is_whole;
+  if (!summary.problems.empty()) json["problems"] = summary.problems;
+  json["bytes"] = summary.bytes;
+  json["messages"] = summary.messages;
+  json["messages_missing"] = summary.messages_missing;
+  json["duration_s"] = seconds(summary.end_ns - summary.begin_ns);
+  if (summary.utc_offset_ns != 0) json["begin_utc"] = utc_text(summary.begin_ns + summary.utc_offset_ns);
+  json["has_configuration"] = summary.has_configuration;
+  Json topics = Json::object();
+  for (const RecordingSummary::Topic& topic : summary.topics)
+    topics[topic.name] = {{"type", topic.type}, {"messages", topic.messages}, {"bytes", topic.bytes}};
+  json["topics"] = topics;
+  return json;
+}
+
 Json with_kind(const char* kind, const fs::path& path, const Json& content) {
   Json json;
   json["path"] = path.string();
@@ -243,6 +279,7 @@ Json describe(const fs::path& path) {
     return with_kind("scans", path, describe(*source));
   }
   const std::string extension = path.extension().string();
+  if (extension == ".mcap") return with_kind("recording", path, describe_recording(path));
   if (extension == ".g2o" || extension == ".graph")
     return with_kind("pose graph", path, describe_graph(path));
   for (const char* scan : {".3d", ".pcd", ".ply", ".bin", ".xyz", ".asc"}) {
@@ -299,7 +336,8 @@ void add_info_command(CLI::App& alces) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = alces.add_subcommand("info", "What a file or folder holds.");
   verb->footer(footer);
-  verb->add_option("ANY", options->path, "scans, a trajectory, a map folder or a pose graph")->required();
+  verb->add_option("ANY", options->path, "scans, a recording, a trajectory, a map folder or a pose graph")
+      ->required();
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options] {
     if (!fs::exists(options->path)) throw InputError(options->path, "does not exist; check the path");

@@ -26,6 +26,7 @@ constexpr const char* footer = R"(Examples:
   alces evaluate town --consistency scans/           how well the visits of a place agree, without ground truth
   alces render town --out town.png                   a picture to look at
   alces optimize town --out town2                    the best poses that its graph allows
+  alces report town --out town.html                  a page to send to a colleague
 
 'alces VERB --help' explains a verb. Frames are REP 103's (x forward, y left, z up), units are SI.
 
@@ -55,6 +56,7 @@ int run(int argc, char** argv) {
   add_map_command(alces);
   add_evaluate_command(alces);
   add_render_command(alces);
+  add_report_command(alces);
   add_info_command(alces);
   add_replay_command(alces);
   add_simulate_command(alces);

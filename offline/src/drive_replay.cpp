@@ -13,6 +13,13 @@
 #include "alces_platform/settings/settings_error.h"
 
 namespace alces::offline {
+namespace {
+
+constexpr std::size_t most_stamps_a_notice = 100;  // in run.json; all are counted
+constexpr std::int64_t samples_a_drive = 200;      // of the counters
+
+}  // namespace
+
 /// Where the drivers' frames and bytes go in a replay: the vehicle has had them.
 class DriveReplay::Wires final : public CanPort, public BytePort {
  public:
@@ -111,6 +118,7 @@ void DriveReplay::raise(const Notice& notice) {
   SaidNotice& said = notices_[{notice.source, notice.text}];
   if (said.times++ == 0) said.first_stamp_ns = notice.stamp_ns;
   said.last_stamp_ns = notice.stamp_ns;
+  if (said.stamps_ns.size() < most_stamps_a_notice) said.stamps_ns.push_back(notice.stamp_ns);
   said.severity = notice.severity;
 }
 
@@ -120,7 +128,10 @@ bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
     while (index >= first_ready_ + ready_.size()) {
       Event event;
       if (is_over_ || !traces_.events->next(event)) {
-        if (!is_over_) scanner_->finish();
+        if (!is_over_) {
+          scanner_->finish();
+          sample_counters(end_ns_);
+        }
         is_over_ = true;
         if (index < first_ready_ + ready_.size()) break;
         size_ = first_ready_ + ready_.size();
@@ -134,6 +145,7 @@ bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
         const double wait_ns = static_cast<double>(event.stamp_ns - first_event_ns_) / options_.speed;
         clock_->sleep_until(paced_from_ns_ + std::llround(wait_ns));
       }
+      if (event.stamp_ns >= next_sample_ns_) sample_counters(event.stamp_ns);
       ++events_;
       scanner_->on_event(event);
     }
@@ -186,10 +198,38 @@ std::vector<std::string> DriveReplay::warnings() const {
   return warnings;
 }
 
+void DriveReplay::sample_counters(std::int64_t stamp_ns) {
+  CounterSample sample{stamp_ns, {}};
+  scanner_->visit_counters(
+      [&sample](ScannerPart, const char*, std::uint64_t value) { sample.values.push_back(value); });
+  counter_samples_.push_back(std::move(sample));
+  next_sample_ns_ = stamp_ns + std::max<std::int64_t>((end_ns_ - begin_ns_) / samples_a_drive, 1);
+}
+
+std::string DriveReplay::counters_csv() const {
+  std::vector<std::string> names;
+  scanner_->visit_counters([&names](ScannerPart part, const char* name, std::uint64_t) {
+    names.push_back(fmt::format("{}.{}", text(part), name));
+  });
+  const auto counts_something = [this](std::size_t counter) {
+    return !counter_samples_.empty() && counter_samples_.back().values[counter] != 0;
+  };
+  std::string csv = "time_s";
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (counts_something(i)) csv += "," + names[i];
+  for (const CounterSample& sample : counter_samples_) {
+    csv += fmt::format("\n{:.3f}", seconds(sample.stamp_ns - begin_ns_));
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (counts_something(i)) csv += fmt::format(",{}", sample.values[i]);
+  }
+  return csv + "\n";
+}
+
 nlohmann::json DriveReplay::report() const {
   const std::lock_guard lock(mutex_);
   nlohmann::json json;
   json["duration_s"] = seconds(end_ns_ - begin_ns_);
+  json["begin_s"] = seconds(begin_ns_);
   json["events"] = events_;
   json["scans"] = {{"assembled", scanner_->assembler().counters().scans},
                    {"handed_on", passed_.size()},
@@ -201,12 +241,15 @@ nlohmann::json DriveReplay::report() const {
   });
   json["notices"] = nlohmann::json::array();
   for (const auto& [what, said] : notices_) {
+    nlohmann::json at_s = nlohmann::json::array();
+    for (const std::int64_t stamp_ns : said.stamps_ns) at_s.push_back(seconds(stamp_ns - begin_ns_));
     json["notices"].push_back({{"source", what.first},
                                {"text", what.second},
                                {"severity", text(said.severity)},
                                {"times", said.times},
                                {"first_s", seconds(said.first_stamp_ns - begin_ns_)},
-                               {"last_s", seconds(said.last_stamp_ns - begin_ns_)}});
+                               {"last_s", seconds(said.last_stamp_ns - begin_ns_)},
+                               {"at_s", std::move(at_s)}});
   }
   return json;
 }

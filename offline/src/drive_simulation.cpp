@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <system_error>
 
@@ -117,6 +118,8 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   if (settings.speed_m_per_s > 0) simulated.rig.motion.mean_speed_m_per_s = settings.speed_m_per_s;
   simulated.rig.lasers = static_cast<std::uint8_t>(settings.vehicle.scanner.assembler.laser_count);
   simulated.rig.has_gps = settings.vehicle.scanner.has_gps;
+  simulated.rig.field_of_view_rad =
+      settings.vehicle.scanner.lms2xx[0].field_of_view_deg * std::numbers::pi / 180;
   sim::SimulatedScanner vehicle(simulated);
   sim::SimulatedRig& rig = vehicle.rig();
   host.rig = &rig;
@@ -166,7 +169,10 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
     result.was_stopped = is_stopped && is_stopped();
     if (host.recorder->is_stalled()) break;
   }
-  host.scanner->stop();
+  Event stop;
+  stop.kind = EventKind::stop;
+  stop.stamp_ns = now_ns;
+  host.on_event(stop);
   for (int step = 0; step < 400 && !host.scanner->is_stopped(); ++step) {
     now_ns += step_ns;
     rig.advance_to(now_ns, host);

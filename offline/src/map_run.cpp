@@ -18,7 +18,8 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-MapperConfig complete(MapperConfig config, const ScanSource& scans) {
+MapperConfig complete(MapperConfig config, LoopBackEnd back_end, const ScanSource& scans) {
+  if (back_end == LoopBackEnd::none) config.close_loops = false;
   constexpr std::size_t most_scans = 100'000'000;  // a scan costs memory: this is far beyond any block
   if (config.scan_capacity == 0)
     config.scan_capacity = static_cast<std::uint32_t>(std::clamp<std::size_t>(scans.size(), 1, most_scans));
@@ -30,12 +31,14 @@ MapperConfig complete(MapperConfig config, const ScanSource& scans) {
 MapRun::MapRun(ScanSource& scans, const MapRequest& request)
     : scans_(scans),
       archive_file_(request.archive),
-      config_(complete(request.config, scans)),
+      loop_back_end_(request.config.close_loops ? request.loop_back_end : LoopBackEnd::none),
+      config_(complete(request.config, loop_back_end_, scans)),
       plan_(plan_memory(config_, request.memory_bytes)),
-      block_(plan_.block_bytes) {
+      block_(plan_.block_bytes),
+      relaxation_(make_graph_relaxation(loop_back_end_)) {
   if (archive_file_) archive_ = std::make_unique<FileArchive>(*archive_file_, config_.scan_capacity);
   Status status = Status::ok;
-  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_);
+  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_.get());
   if (mapper_ == nullptr)
     throw UsageError(
         fmt::format("the mapper does not take these settings: {}; see docs/examples/map.toml", text(status)));
@@ -71,6 +74,7 @@ void MapRun::run(const Callbacks& callbacks) {
     mapped_.back().times.loop_share_ns += finish_times.loop_share_ns;
   }
   mapping_s_ += seconds_since(finish_begin);
+  remember_loops();
   wall_s_ = seconds_since(begin);
 }
 
@@ -85,7 +89,9 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
     case Status::ok:
     case Status::no_voxel_capacity:
       if (status == Status::no_voxel_capacity) ++thinned_scans_;
-      mapped_.push_back({index, report.times, report.points.kept, report.iterations, report.is_predicted});
+      mapped_.push_back({index, report.times, report.points.kept, report.iterations, report.correspondences,
+                         report.overlap, report.rms_m, report.is_predicted});
+      remember_loops();
       break;
     case Status::no_scan_capacity:
     case Status::no_point_capacity:
@@ -106,6 +112,24 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
     return false;
   }
   return true;
+}
+
+// The mapper tells of a loop once it is closed, and then the poses are bent already. What they were is known
+// from a copy that is made anew only when a loop was closed, and is longer by one scan otherwise.
+void MapRun::remember_loops() {
+  const PoseGraph& graph = mapper_->graph();
+  for (; edges_seen_ < graph.edge_count(); ++edges_seen_) {
+    const Edge& edge = graph.edges()[edges_seen_];
+    if (!edge.closes_loop) poses_before_.push_back(poses_before_[edge.from] * edge.from_from_to);
+  }
+  if (poses_before_.empty() && graph.vertex_count() > 0) poses_before_.push_back(graph.poses()[0]);
+  for (std::size_t i = first_from_last_before_.size(); i < mapper_->loops().size(); ++i) {
+    const LoopReport& loop = mapper_->loops()[i];
+    first_from_last_before_.push_back(poses_before_[loop.first].inverse() * poses_before_[loop.last]);
+  }
+  if (mapper_->counters().loops_closed == loops_closed_seen_) return;
+  loops_closed_seen_ = mapper_->counters().loops_closed;
+  poses_before_.assign(graph.poses().begin(), graph.poses().end());
 }
 
 Error MapRun::capacity_problem(std::size_t index, Status status) const {
@@ -145,6 +169,14 @@ Trajectory MapRun::trajectory() const {
   return trajectory;
 }
 
+Trajectory MapRun::trajectory_without_loops() const {
+  Trajectory trajectory = MapRun::trajectory();
+  for (const Edge& edge : mapper_->graph().edges()) {
+    if (!edge.closes_loop) trajectory.poses[edge.to] = trajectory.poses[edge.from] * edge.from_from_to;
+  }
+  return trajectory;
+}
+
 double MapRun::length_m() const {
   const std::span<const Pose> poses = mapper_->graph().poses();
   double length_m = 0;
@@ -173,6 +205,10 @@ std::vector<std::string> MapRun::warnings() const {
   if (mapper_->counters().loops_not_listed > 0)
     warnings.push_back(fmt::format("{} loops are not listed; raise memory.loop_capacity in --config",
                                    mapper_->counters().loops_not_listed));
+  if (mapper_->counters().loops_not_relaxed > 0)
+    warnings.push_back(fmt::format("{} of {} loops were closed by ELCH in the place of {}: {}",
+                                   mapper_->counters().loops_not_relaxed, mapper_->counters().loops_closed,
+                                   name(loop_back_end_), relaxation_->problem()));
   return warnings;
 }
 

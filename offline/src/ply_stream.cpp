@@ -51,17 +51,23 @@ Vertices find_vertices(const std::filesystem::path& file, std::istream& stream) 
       vertices.xyz.at(axis) = {vertices.bytes, property.type};
       found.at(axis) = true;
     }
-    if (property.name == "scan") vertices.scan = {vertices.bytes, property.type};
+    if (property.name == "scan") vertices.scan = Field{vertices.bytes, property.type};
     vertices.bytes += size_of(property.type);
   }
   if (!found[0] || !found[1] || !found[2]) throw InputError(file, "its vertices have no x, y and z");
   return vertices;
 }
 
-// Hands on pieces of vertices as they lie in the file: `take(bytes, count)`.
+std::ifstream open_ply(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(file, "cannot be opened for reading");
+  return stream;
+}
+
+/// Calls take(bytes of a piece, points in it).
 template <typename Take>
-void stream_vertices(const std::filesystem::path& file, std::istream& stream, const Vertices& vertices,
-                     Take take) {
+void stream_pieces(const std::filesystem::path& file, std::istream& stream, const Vertices& vertices,
+                   const Take& take) {
   constexpr std::uint64_t piece = 65536;
   std::vector<char> bytes(static_cast<std::size_t>(std::min(piece, vertices.count)) * vertices.bytes);
   for (std::uint64_t begin = 0; begin < vertices.count; begin += piece) {
@@ -76,9 +82,8 @@ void stream_vertices(const std::filesystem::path& file, std::istream& stream, co
   }
 }
 
-void load_points(const Vertices& vertices, const char* bytes, std::size_t count, std::vector<Point>& points) {
-  points.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
+void read_points(const Vertices& vertices, const char* bytes, std::vector<Point>& points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
     const char* vertex = bytes + i * vertices.bytes;
     const auto axis = [&](std::size_t a) {
       return static_cast<float>(
@@ -88,12 +93,6 @@ void load_points(const Vertices& vertices, const char* bytes, std::size_t count,
   }
 }
 
-std::ifstream open_ply(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file, "cannot be opened for reading");
-  return stream;
-}
-
 }  // namespace
 
 std::uint64_t stream_ply(const std::filesystem::path& file,
@@ -101,8 +100,9 @@ std::uint64_t stream_ply(const std::filesystem::path& file,
   std::ifstream stream = open_ply(file);
   const Vertices vertices = find_vertices(file, stream);
   std::vector<Point> points;
-  stream_vertices(file, stream, vertices, [&](const char* bytes, std::size_t count) {
-    load_points(vertices, bytes, count, points);
+  stream_pieces(file, stream, vertices, [&](const char* bytes, std::size_t count) {
+    points.resize(count);
+    read_points(vertices, bytes, points);
     take(points);
   });
   return vertices.count;
@@ -114,19 +114,26 @@ std::uint64_t stream_ply_scans(
   std::ifstream stream = open_ply(file);
   const Vertices vertices = find_vertices(file, stream);
   if (!vertices.scan)
-    throw InputError(file, "its points do not say which scan they come from; 'alces map' writes that");
+    throw InputError(file, "its points do not say which scan they come from; map the scans again");
   std::vector<Point> points;
   std::vector<std::uint32_t> scans;
-  stream_vertices(file, stream, vertices, [&](const char* bytes, std::size_t count) {
-    load_points(vertices, bytes, count, points);
+  stream_pieces(file, stream, vertices, [&](const char* bytes, std::size_t count) {
+    points.resize(count);
+    read_points(vertices, bytes, points);
     scans.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
       const char* at = bytes + i * vertices.bytes + vertices.scan->offset;
-      scans[i] = static_cast<std::uint32_t>(load_number(at, vertices.scan->type, vertices.order));
+      scans[i] = static_cast<std::uint32_t>(
+          std::clamp(load_number(at, vertices.scan->type, vertices.order), 0.0, 4294967295.0));
     }
     take(points, scans);
   });
   return vertices.count;
+}
+
+std::uint64_t ply_vertex_count(const std::filesystem::path& file) {
+  std::ifstream stream = open_ply(file);
+  return find_vertices(file, stream).count;
 }
 
 }  // namespace alces::offline

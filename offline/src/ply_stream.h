@@ -15,9 +15,13 @@ namespace alces::offline {
 std::uint64_t stream_ply(const std::filesystem::path& file,
                          const std::function<void(std::span<const Point>)>& take);
 
-/// The same with the number of the scan that each point comes from; InputError when the file holds none.
+/// The same with the number of the scan that each point comes from, the property "scan"; InputError where the
+/// file has none.
 std::uint64_t stream_ply_scans(
     const std::filesystem::path& file,
     const std::function<void(std::span<const Point>, std::span<const std::uint32_t>)>& take);
+
+/// As the header says it; InputError.
+[[nodiscard]] std::uint64_t ply_vertex_count(const std::filesystem::path& file);
 
 }  // namespace alces::offline

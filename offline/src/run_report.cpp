@@ -40,9 +40,16 @@ Json loop_stage(const std::vector<MappedScan>& scans) {
   return json;
 }
 
+Json pose_numbers(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation_m;
+  const Eigen::Quaterniond& q = pose.rotation;
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
 Json loops(const MapRun& run) {
   Json list = Json::array();
-  for (const LoopReport& loop : run.mapper().loops()) {
+  for (std::size_t i = 0; i < run.mapper().loops().size(); ++i) {
+    const LoopReport& loop = run.mapper().loops()[i];
     const bool accepted = loop.verdict == LoopVerdict::closed;
     Json json = {{"first", loop.first},
                  {"last", loop.last},
@@ -56,7 +63,9 @@ Json loops(const MapRun& run) {
                  {"mahalanobis2", loop.mahalanobis2},
                  {"correction_m", loop.correction_m},
                  {"correction_deg", loop.correction_rad * 180 / std::numbers::pi},
-                 {"iterations", loop.iterations}};
+                 {"iterations", loop.iterations},
+                 {"first_from_last_before", pose_numbers(run.first_from_last_before()[i])},
+                 {"share_out_ms", static_cast<double>(loop.share_ns) * 1e-6}};
     list.push_back(std::move(json));
   }
   return list;
@@ -98,7 +107,8 @@ Json counters(const MapRun& run) {
           {"slot_misses", store.slot_misses},
           {"loops_offered", mapper.loops_offered},
           {"loops_closed", mapper.loops_closed},
-          {"loops_not_listed", mapper.loops_not_listed}};
+          {"loops_not_listed", mapper.loops_not_listed},
+          {"loops_not_relaxed", mapper.loops_not_relaxed}};
 }
 
 }  // namespace
@@ -110,6 +120,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["source"] = {{"description", run.source().description()}, {"scans", run.source().size()}};
   json["source"].update(program.source);
   json["front_end"] = program.front_end;
+  json["loop_optimizer"] = name(run.loop_back_end());
   json["settings"] = to_json(run.mapper().config());
   json["complete"] = !run.problem().has_value();
   json["stopped_by"] = run.problem() ? Json(run.problem()->what()) : Json();

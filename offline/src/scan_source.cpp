@@ -28,9 +28,10 @@ struct Format {
 };
 
 // A folder with several of them is taken for the first: a CSV beside PCD files is a table of something else.
-constexpr std::array<Format, 5> formats = {{{"3DTK uos", parse_3dtk, {".3d"}},
+constexpr std::array<Format, 6> formats = {{{"3DTK uos", parse_3dtk, {".3d"}},
                                             {"PCD", parse_pcd, {".pcd"}},
                                             {"PLY", parse_ply, {".ply"}},
+                                            {"LAS", parse_las, {".las"}},
                                             {"KITTI", parse_kitti, {".bin"}},
                                             {"CSV", parse_csv, {".csv", ".xyz", ".asc"}}}};
 
@@ -181,8 +182,25 @@ class Opener {
       title = "odometry from .frames files";
     } else if (trajectory && apply(read_beside(*trajectory), *trajectory, false)) {
       title = "odometry from " + trajectory->string();
+    } else {
+      warn_of_unused_trajectories();
     }
     return std::make_unique<FileScanSource>(std::move(entries_), std::move(title), std::move(warnings_));
+  }
+
+  // Which of several is odometry, and which truth, is not to be guessed.
+  void warn_of_unused_trajectories() {
+    const fs::path folder = entries_.front().file.parent_path();
+    std::string names;
+    std::size_t count = 0;
+    for (const fs::path& file : list_files(folder)) {
+      if (file.extension() != ".tum") continue;
+      names += (count++ > 0 ? ", " : "") + file.filename().string();
+    }
+    if (count > 1)
+      warnings_.push_back(
+          fmt::format("{}: {} trajectories beside the scans ({}), and none is used: name one with --odometry",
+                      folder.string(), count, names));
   }
 
   // The numbers in the names, if they name every scan once; else the order.

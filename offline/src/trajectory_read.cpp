@@ -165,7 +165,7 @@ Trajectory read_3dtk_folder(const std::vector<std::filesystem::path>& files,
 
 std::optional<std::filesystem::path> find_trajectory(const std::filesystem::path& folder) {
   std::error_code ignored;
-  for (const char* name : {"trajectory.tum", "alidarPose.csv", "poses.txt"}) {
+  for (const char* name : {"odometry.tum", "trajectory.tum", "alidarPose.csv", "poses.txt"}) {
     if (std::filesystem::is_regular_file(folder / name, ignored)) return folder / name;
   }
   const std::vector<std::filesystem::path> tum = files_ending(list_files(folder), ".tum");

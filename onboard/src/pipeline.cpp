@@ -130,6 +130,13 @@ void Pipeline::start_mapping_thread() {
   if (worker_) worker_->start_thread();
 }
 
+void Pipeline::stop_scanner() {
+  Event stop;
+  stop.kind = EventKind::stop;
+  stop.stamp_ns = now_ns_;
+  on_event(stop);
+}
+
 void Pipeline::on_event(const Event& event) {
   if (is_ended_) {
     ++counters_.events_after_end;

@@ -32,6 +32,7 @@ enum SchemaPlace : std::uint16_t {
   loop_schema,
   graph_edge_schema,
   diagnostics_schema,
+  stop_schema,
   can_frame_schema,
   can_fd_frame_schema,
   schema_count
@@ -155,6 +156,10 @@ constexpr std::array<mcap::Schema, schema_count> all_schemas = {{
              "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\n"
              "string hardware_id\nKeyValue[] values\n")
              ALCES_USES("diagnostic_msgs/KeyValue", "string key\nstring value\n")},
+    {"alces_msgs/msg/Stop",
+     "# The scanner was asked to stop; what devices do from here on is its end, no fault.\n"
+     "builtin_interfaces/Time stamp\n"  //
+     ALCES_TIME},
     {"can_msgs/msg/Frame",
      "std_msgs/Header header\n"
      "uint32 id\n"
@@ -198,6 +203,7 @@ constexpr std::array<mcap::Channel, fixed_channels + topics_per_can_bus* maximum
     {"/alces/loops", loop_schema},
     {"/alces/graph_edges", graph_edge_schema},
     {"/diagnostics", diagnostics_schema},
+    {"/alces/stop", stop_schema},
     {"/can0/rx", can_frame_schema},
     {"/can0/tx", can_frame_schema},
     {"/can0/rx_fd", can_fd_frame_schema},

@@ -173,7 +173,8 @@ bool RecordingReader::decode(int topic, const mcap::ReadMessage& raw, RecordedMe
   }
   switch (static_cast<Topic>(topic)) {
     case Topic::tick:
-      event.kind = EventKind::tick;
+    case Topic::stop:
+      event.kind = static_cast<Topic>(topic) == Topic::tick ? EventKind::tick : EventKind::stop;
       static_cast<void>(cdr.time());
       message.content = event;
       break;

@@ -159,6 +159,9 @@ void RecordingWriter::on_event(const Event& event) {
     case EventKind::tick:
       put(Topic::tick, event.stamp_ns, [&](CdrWriter& cdr) { cdr.time(event.stamp_ns); });
       return;
+    case EventKind::stop:
+      put(Topic::stop, event.stamp_ns, [&](CdrWriter& cdr) { cdr.time(event.stamp_ns); });
+      return;
     case EventKind::can_frame:
     case EventKind::can_sent:
       put_frame(event);

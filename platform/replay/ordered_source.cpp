@@ -61,6 +61,10 @@ bool OrderedSource::read_entry(Words& words, std::int64_t stamp_ns, Event& event
   event.stamp_ns = stamp_ns;
   const bool is_bus = what.size() == 4 && what.starts_with("can") && what[3] >= '0' && what[3] <= '9';
   if (what == "tick") return first.empty();
+  if (what == "stop") {
+    event.kind = EventKind::stop;
+    return first.empty();
+  }
   if (what == "edges_lost") {
     event.kind = EventKind::edges_lost;
     return parse_byte(first, event.channel) && parse_byte(second, event.edge.line) &&

@@ -131,6 +131,9 @@ void TraceFolderWriter::on_event(const Event& event) {
     case EventKind::tick:
       order += "tick";
       break;
+    case EventKind::stop:
+      order += "stop";
+      break;
     case EventKind::can_frame:
     case EventKind::can_sent:
       write_frame(event);
@@ -208,7 +211,7 @@ void TraceFileWriter::on_event(const Event& event) {
     files_[0].write(text_of(event.bytes));
     files_[1].write(line_);
   } else {
-    if (event.kind != EventKind::tick) ++events_left_out_;
+    if (event.kind != EventKind::tick && event.kind != EventKind::stop) ++events_left_out_;
     return;
   }
   ++events_;

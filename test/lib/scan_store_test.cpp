@@ -16,25 +16,6 @@ using namespace alces::test;
 
 namespace {
 
-/// An archive in memory that fails when told to.
-class MemoryArchive final : public ScanArchive {
- public:
-  bool write(std::uint32_t scan, std::span<const std::byte> bytes) override {
-    if (write_fails) return false;
-    records[scan].assign(bytes.begin(), bytes.end());
-    return true;
-  }
-  bool read(std::uint32_t scan, std::span<std::byte> bytes) override {
-    const auto record = records.find(scan);
-    if (read_fails || record == records.end() || record->second.size() != bytes.size()) return false;
-    std::ranges::copy(record->second, bytes.begin());
-    return true;
-  }
-  std::map<std::uint32_t, std::vector<std::byte>> records;
-  bool write_fails = false;
-  bool read_fails = false;
-};
-
 ScanStoreConfig config_with(std::size_t pool_bytes, std::uint32_t slots) {
   ScanStoreConfig config;
   config.scan_capacity = 20;

@@ -16,14 +16,6 @@ using Catch::Contains;
 
 namespace {
 
-MapRequest small_request() {
-  MapRequest request;
-  request.config = default_settings(FrontEnd::standard);
-  request.config.voxel.cell_capacity = 4096;
-  request.config.loop_capacity = 16;
-  return request;
-}
-
 std::size_t fixed_bytes(const MapRequest& request, std::uint32_t scans) {
   MapperConfig config = request.config;
   config.scan_capacity = scans;

@@ -16,15 +16,6 @@ using Catch::Contains;
 
 namespace {
 
-MapRequest small_request() {
-  MapRequest request;
-  request.config = default_settings(FrontEnd::standard);
-  request.config.voxel.cell_capacity = 4096;
-  request.config.loop_capacity = 16;
-  request.memory_bytes = std::size_t{16} << 20;
-  return request;
-}
-
 /// A room where one scan is what the test makes of it.
 class SpoiltRoom final : public RoomSource {
  public:

@@ -11,6 +11,8 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
+#include "alces_offline/map_run.h"
+#include "alces_offline/mapper_settings.h"
 #include "alces_offline/scan_source.h"
 
 namespace alces::offline {
@@ -43,6 +45,16 @@ inline std::vector<Point> scan_room(std::size_t scan, std::size_t count = 3000) 
     points.push_back({p.x(), p.y(), p.z()});
   }
   return points;
+}
+
+/// Enough for such scans.
+inline MapRequest small_request() {
+  MapRequest request;
+  request.config = default_settings(FrontEnd::standard);
+  request.config.voxel.cell_capacity = 4096;
+  request.config.loop_capacity = 16;
+  request.memory_bytes = std::size_t{16} << 20;
+  return request;
 }
 
 /// Scans out of thin air; what is asked of it is what a test sets.

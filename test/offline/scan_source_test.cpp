@@ -507,6 +507,22 @@ TEST_CASE("alidarPose.csv and trajectory.tum beside the scans are odometry with 
   CHECK(source->warnings().empty());
 }
 
+TEST_CASE("of several trajectories beside the scans, the one called odometry is odometry") {
+  const TemporaryFolder folder;
+  folder.write("a.ply", "");
+  folder.write("truth.tum", "0 9 0 0 0 0 0 1\n");
+  folder.write("other.tum", "0 8 0 0 0 0 0 1\n");
+  const auto undecided = open_scans(folder.path());
+  CHECK_FALSE(undecided->odometry(0));
+  REQUIRE(undecided->warnings().size() == 1);
+  CHECK_THAT(undecided->warnings()[0], Contains("other.tum, truth.tum") && Contains("--odometry"));
+  folder.write("odometry.tum", "0 7 0 0 0 0 0 1\n");
+  const auto decided = open_scans(folder.path());
+  REQUIRE(decided->odometry(0));
+  CHECK(decided->odometry(0)->translation_m.x() == 7);
+  CHECK(decided->warnings().empty());
+}
+
 TEST_CASE("a given odometry overrides the scans' poses, by order or by number") {
   const TemporaryFolder folder;
   for (const char* name : {"scan000", "scan002"}) {

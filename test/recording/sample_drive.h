@@ -29,7 +29,7 @@ inline OwnedEvent event_at(std::uint32_t i) {
   event.stamp_ns = begin_ns + std::int64_t{i} * 1'234'567;
   switch (i % 13) {
     case 0:
-      event.kind = EventKind::tick;
+      event.kind = i / 13 % 10 == 9 ? EventKind::stop : EventKind::tick;
       break;
     case 1:
     case 2:

@@ -1,5 +1,5 @@
-// Replaces malloc and its kin, and operator new, of the program that includes this: while it is armed, every allocation
-// on every thread is counted. For programs of one source file, with glibc, without sanitizers.
+// Replaces malloc and its kin, and operator new, of the program that includes this: while it is armed, every
+// allocation on every thread is counted. For programs of one source file, with glibc, without sanitizers.
 #pragma once
 
 #include <atomic>

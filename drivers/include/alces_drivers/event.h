@@ -21,6 +21,7 @@ enum class EventKind : std::uint8_t {
   bytes,       ///< received on byte channel `channel` (laser a, laser b, gps)
   bytes_sent,  ///< we sent them; recorded, ignored by drivers
   byte_link,   ///< a serial line or connection came up or went down: is_up
+  stop,        ///< the scanner is to stop, in order: an event, so that a replay stops where the drive did
 };
 
 /// Byte channels.

@@ -131,7 +131,7 @@ class Scanner final : public EventSink {
                                        const Ports& ports, ScanSink& sink, NoticePort& notices,
                                        AssemblerStatus& status);
 
-  /// Begins with the next tick, so that a recording of the events holds when it was.
+  /// Both take effect with the next tick. To have a recording know of the stop, send EventKind::stop instead.
   void start() { wants_to_run_ = true; }
   void stop() { wants_to_run_ = false; }
   /// The events end (a recording is over): what waits becomes a last, incomplete scan.

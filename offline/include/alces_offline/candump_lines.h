@@ -1,8 +1,5 @@
-// candump's text: one CAN frame a line.
-//   (1436509052.249713) can0 181#2104FFFF00000000        candump -l, -L: 123#R4 remote, 123##3DEAD FD with
-//   flags
-//     can0  181   [8]  21 04 FF FF 00 00 00 00            candump on a screen; with -t a, z, d, A a time
-//     before it
+// candump's text, one CAN frame a line, where every line has to be one: the forms are those of
+// alces_platform/replay/candump.h.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +15,8 @@ namespace alces::offline {
 
 struct CandumpLine {
   std::size_t line = 0;
-  std::optional<double>
-      stamp_s;  ///< as the file has it: since 1970, since the start, or since the frame before
+  /// As the file has it: since 1970, since the start, or since the frame before.
+  std::optional<double> stamp_s;
   std::string channel;
   CanFrame frame;
 };

@@ -16,6 +16,7 @@
 #include "alces/mapper.h"
 #include "alces_offline/error.h"
 #include "alces_offline/file_archive.h"
+#include "alces_offline/graph/loop_back_end.h"
 #include "alces_offline/memory_plan.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/steady_stage_clock.h"
@@ -28,6 +29,7 @@ struct MapRequest {
   MapperConfig config;
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
+  LoopBackEnd loop_back_end = LoopBackEnd::elch;  ///< none: config.close_loops is taken for false
 };
 
 /// A scan that is in the map.
@@ -36,6 +38,9 @@ struct MappedScan {
   StageTimes times;
   std::uint32_t kept_points = 0;
   std::uint32_t iterations = 0;
+  std::uint32_t correspondences = 0;
+  double overlap = 0;
+  double rms_m = 0;  ///< residual of the match to the scans before
   bool is_predicted = false;
 };
 
@@ -66,6 +71,7 @@ class MapRun {
   [[nodiscard]] Mapper& mapper() { return *mapper_; }
   [[nodiscard]] const Mapper& mapper() const { return *mapper_; }
   [[nodiscard]] const MemoryPlan& memory() const { return plan_; }
+  [[nodiscard]] LoopBackEnd loop_back_end() const { return loop_back_end_; }  ///< none: no loops are closed
   [[nodiscard]] const std::optional<std::filesystem::path>& archive() const { return archive_file_; }
   [[nodiscard]] const std::vector<MappedScan>& mapped() const {
     return mapped_;
@@ -78,6 +84,12 @@ class MapRun {
 
   /// The poses as they are now, a scan of the map each; stamps are the scans' numbers unless all have a time.
   [[nodiscard]] Trajectory trajectory() const;
+  /// Where the same scans would stand if no loop had been closed: the matches of each scan with those before
+  /// it, one behind the other.
+  [[nodiscard]] Trajectory trajectory_without_loops() const;
+  /// Of every entry of mapper().loops(): the pose of `last` seen from `first` as it was when the loop was
+  /// offered, after all loops before it.
+  [[nodiscard]] const std::vector<Pose>& first_from_last_before() const { return first_from_last_before_; }
   [[nodiscard]] double length_m() const;
   /// Of the source, and what the mapper made of the scans.
   [[nodiscard]] std::vector<std::string> warnings() const;
@@ -87,17 +99,24 @@ class MapRun {
  private:
   [[nodiscard]] bool add(std::size_t index, const std::vector<Point>& points);
   [[nodiscard]] Error capacity_problem(std::size_t index, Status status) const;
+  void remember_loops();
 
   ScanSource& scans_;
   std::optional<std::filesystem::path> archive_file_;
+  LoopBackEnd loop_back_end_;
   MapperConfig config_;
   MemoryPlan plan_;
   MemoryBlock block_;
   std::unique_ptr<FileArchive> archive_;
   SteadyStageClock clock_;
+  std::unique_ptr<GraphRelaxation> relaxation_;
   Mapper* mapper_ = nullptr;
   std::vector<MappedScan> mapped_;
   std::vector<RefusedScan> refused_;
+  std::vector<Pose> poses_before_;  ///< as they were before the latest loops were offered
+  std::vector<Pose> first_from_last_before_;
+  std::uint32_t edges_seen_ = 0;
+  std::uint32_t loops_closed_seen_ = 0;
   std::size_t thinned_scans_ = 0;
   double read_wait_s_ = 0;
   double mapping_s_ = 0;

@@ -26,6 +26,10 @@ void parse_pcd(const ScanBytes& scan, std::vector<Point>& points);
 /// ascii, binary of either byte order; x y z of element vertex, everything else skipped.
 void parse_ply(const ScanBytes& scan, std::vector<Point>& points);
 
+/// LAS 1.0 to 1.4, point formats 0 to 10. Clouds in a national grid are moved by whole kilometres, with a
+/// warning that says by which. LAZ is refused: Debian has no library for it.
+void parse_las(const ScanBytes& scan, std::vector<Point>& points);
+
 /// float32 x y z intensity.
 void parse_kitti(const ScanBytes& scan, std::vector<Point>& points);
 

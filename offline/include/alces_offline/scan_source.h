@@ -1,14 +1,14 @@
 // Scans from the files of others, one in memory at a time.
 //
-// `open_scans` recognises 3DTK's uos folders (scanNNN.3d), PCD, PLY, KITTI .bin and CSV: a folder of them,
-// one file, or several. Files are taken in the natural order of their numbers (scan9 before scan10). Whatever
-// the file's convention, points come out in the body frame of REP 103, metres; only 3DTK's frame is known to
-// differ and is converted, all other formats are taken as they are.
+// `open_scans` recognises 3DTK's uos folders (scanNNN.3d), PCD, PLY, LAS, KITTI .bin and CSV: a folder of
+// them, one file, or several. Files are taken in the natural order of their numbers (scan9 before scan10).
+// Whatever the file's convention, points come out in the body frame of REP 103, metres; only 3DTK's frame is
+// known to differ and is converted, all other formats are taken as they are.
 //
 // Odometry comes, in this order, from ScanSourceOptions::odometry, from the scans' own .pose files, from
-// their .frames files, or from a trajectory beside the scans: alidarPose.csv, poses.txt, trajectory.tum, or
-// the only *.tum. KITTI's poses.txt speaks of the camera; with a calib.txt beside it ("Tr:") it is turned
-// into the scanner's.
+// their .frames files, or from a trajectory beside the scans: odometry.tum, trajectory.tum, alidarPose.csv,
+// poses.txt, or the only *.tum; of several others none is taken, and warnings() says so. KITTI's poses.txt
+// speaks of the camera; with a calib.txt beside it ("Tr:") it is turned into the scanner's.
 //
 // Errors are InputError. What is no error but should be seen (a missing number in a sequence, a scan without
 // pose) is a sentence in warnings().

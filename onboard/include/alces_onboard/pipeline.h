@@ -113,7 +113,8 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   bool run_mapper_once() { return worker_ && worker_->run_once(); }
 
   void start_scanner() { scanner_->start(); }
-  void stop_scanner() { scanner_->stop(); }
+  /// In order; the recording keeps when.
+  void stop_scanner();
   [[nodiscard]] bool is_scanner_stopped() const { return scanner_->is_stopped(); }
 
   /// The one way in. Also takes the mapper's results.

@@ -13,6 +13,7 @@
 // | /alces/pose, /alces/path | geometry_msgs/msg/PoseStamped, nav_msgs/msg/Path |
 // | /alces/loops, /alces/graph_edges | alces_msgs/msg/Loop, GraphEdge |
 // | /diagnostics | diagnostic_msgs/msg/DiagnosticArray |
+// | /alces/stop | alces_msgs/msg/Stop |
 //
 // All of them in event order: a message's log_time is when it was handed on and never decreases, its
 // publish_time is the event's own stamp. Both are nanoseconds of CLOCK_MONOTONIC; the metadata record says
@@ -46,6 +47,7 @@ enum class Topic : std::uint8_t {
   loops,
   graph_edges,
   diagnostics,
+  stop,
   can_rx,  ///< bus b: four more each
   can_tx,
   can_rx_fd,

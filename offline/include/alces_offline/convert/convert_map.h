@@ -1,0 +1,62 @@
+// What `alces convert` does with clouds, scans, maps and trajectories. (Drives, which are events, are
+// converted by platform/replay; pose graphs by graph/graph_file.h.)
+//
+//   in:  a map folder, a folder of scans or one cloud (all that open_scans reads), a trajectory, a recording
+//        with the scans and poses that alcesd mapped
+//   out: a cloud (PLY, PCD, LAS, CSV, KITTI .bin), a trajectory (TUM, KITTI, 3DTK frames), a recording (MCAP)
+//
+// Clouds are in the map's frame: every scan at its pose. Maps, folders of scans and recordings are read scan
+// by scan and single PLY clouds in pieces, so that memory does not grow with them; other single files are
+// read whole.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace alces::offline {
+
+enum class ConversionSource : std::uint8_t { map_folder, scans, cloud, trajectory, recording };
+enum class ConversionForm : std::uint8_t {
+  ply,
+  pcd,
+  las,
+  csv,
+  kitti_scan,
+  tum,
+  kitti,
+  frames,
+  mcap,
+};
+
+/// What `in` is, when it is one of these; none: leave it to others.
+[[nodiscard]] std::optional<ConversionSource> conversion_source(const std::filesystem::path& in);
+/// By the name of OUT: .ply .pcd .las .csv .xyz .bin .tum .kitti .mcap, and a folder called frames.
+[[nodiscard]] std::optional<ConversionForm> conversion_form(const std::filesystem::path& out);
+/// "ply", "pcd", ..., "kitti-scan", as --to has them.
+[[nodiscard]] std::optional<ConversionForm> conversion_form_called(const std::string& name);
+
+struct MapConversion {
+  std::filesystem::path in;
+  std::filesystem::path out;
+  ConversionSource source = ConversionSource::cloud;
+  ConversionForm form = ConversionForm::ply;
+  std::optional<std::filesystem::path> odometry;  ///< poses of the scans, instead of those beside them
+};
+
+struct MapConversionReport {
+  std::uint64_t scans = 0;
+  std::uint64_t points = 0;
+  std::uint64_t not_finite = 0;  ///< points left out
+  std::uint64_t poses = 0;
+  std::vector<std::string> warnings;
+};
+
+/// InputError, OutputError, UsageError for what cannot become OUT's form.
+MapConversionReport convert_map(const MapConversion& conversion,
+                                const std::function<void(std::size_t, std::size_t)>& progress = {});
+
+}  // namespace alces::offline

@@ -1,0 +1,383 @@
+#include "alces_offline/convert/convert_map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "../ply_stream.h"
+#include "alces_drivers/stamp.h"
+#include "alces_offline/convert/cloud_writer.h"
+#include "alces_offline/convert/recording_file.h"
+#include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/scan_source.h"
+#include "alces_offline/trajectory.h"
+#include "alces_platform/recording/byte_source.h"
+#include "alces_platform/recording/recording_reader.h"
+
+namespace alces::offline {
+namespace {
+
+namespace fs = std::filesystem;
+using ScanProgress = std::function<void(std::size_t, std::size_t)>;
+
+constexpr std::array<std::pair<std::string_view, ConversionForm>, 9> form_names = {
+    {{"ply", ConversionForm::ply},
+     {"pcd", ConversionForm::pcd},
+     {"las", ConversionForm::las},
+     {"csv", ConversionForm::csv},
+     {"kitti-scan", ConversionForm::kitti_scan},
+     {"tum", ConversionForm::tum},
+     {"kitti", ConversionForm::kitti},
+     {"frames", ConversionForm::frames},
+     {"mcap", ConversionForm::mcap}}};
+
+bool is_trajectory_form(ConversionForm form) {
+  return form == ConversionForm::tum || form == ConversionForm::kitti || form == ConversionForm::frames;
+}
+
+CloudForm cloud_form(ConversionForm form) {
+  switch (form) {
+    case ConversionForm::pcd:
+      return CloudForm::pcd;
+    case ConversionForm::las:
+      return CloudForm::las;
+    case ConversionForm::csv:
+      return CloudForm::csv;
+    case ConversionForm::kitti_scan:
+      return CloudForm::kitti;
+    default:
+      return CloudForm::ply;
+  }
+}
+
+bool is_ascii_ply(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string start(256, '\0');
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start.find("format ascii") != std::string::npos;
+}
+
+/// What takes scans: a cloud in the map's frame, or a recording.
+class ScanTaker {
+ public:
+  ScanTaker() = default;
+  ScanTaker(const ScanTaker&) = delete;
+  ScanTaker& operator=(const ScanTaker&) = delete;
+  virtual ~ScanTaker() = default;
+  virtual void take(std::span<const Point> points_in_body, const Pose& map_from_body, std::uint32_t number,
+                    double stamp_s) = 0;
+  virtual void finish(MapConversionReport& report) = 0;
+};
+
+class CloudTaker final : public ScanTaker {
+ public:
+  CloudTaker(const fs::path& out, ConversionForm form) : writer_(open_cloud_writer(out, cloud_form(form))) {}
+
+  void take(std::span<const Point> points_in_body, const Pose& map_from_body, std::uint32_t number,
+            double stamp_s) override {
+    points_.clear();
+    const Eigen::Matrix3d rotation = map_from_body.rotation.toRotationMatrix();
+    for (const Point& point : points_in_body) {
+      const Eigen::Vector3d in_body = Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
+      const Eigen::Vector3f in_map = (rotation * in_body + map_from_body.translation_m).cast<float>();
+      points_.push_back({in_map.x(), in_map.y(), in_map.z()});
+    }
+    writer_->add(points_, number, stamp_s);
+  }
+  void finish(MapConversionReport& report) override {
+    report.points = writer_->written();
+    report.not_finite = writer_->not_finite();
+    writer_->finish();
+  }
+
+ private:
+  std::unique_ptr<CloudWriter> writer_;
+  std::vector<Point> points_;
+};
+
+/// /alces/cloud in the body's frame and /alces/pose of every scan, /alces/path at the end.
+class RecordingTaker final : public ScanTaker {
+ public:
+  explicit RecordingTaker(const fs::path& out) : file_(out, desk_recording_config(configuration_, 0, 0)) {}
+
+  void take(std::span<const Point> points_in_body, const Pose& map_from_body, std::uint32_t,
+            double stamp_s) override {
+    finite_.clear();
+    for (const Point& point : points_in_body) {
+      if (is_finite(point)) finite_.push_back(point);
+    }
+    not_finite_ += points_in_body.size() - finite_.size();
+    const std::int64_t stamp_ns = std::max<std::int64_t>(0, std::llround(stamp_s * 1e9));
+    if (!file_.writer().write_cloud({stamp_ns, finite_})) ++too_large_;
+    file_.writer().write_pose({stamp_ns, map_from_body});
+    points_ += finite_.size();
+    stamps_ns_.push_back(stamp_ns);
+    poses_.push_back(map_from_body);
+  }
+  void finish(MapConversionReport& report) override {
+    if (!poses_.empty()) file_.writer().write_path({stamps_ns_.back(), stamps_ns_, poses_});
+    if (too_large_ > 0)
+      report.warnings.push_back(
+          fmt::format("{} scans are larger than a message can be and are left out", too_large_));
+    report.points = points_;
+    report.not_finite = not_finite_;
+    file_.commit();
+  }
+
+ private:
+  std::string configuration_;
+  RecordingFile file_;
+  std::vector<Point> finite_;
+  std::vector<std::int64_t> stamps_ns_;
+  std::vector<Pose> poses_;
+  std::uint64_t points_ = 0;
+  std::uint64_t not_finite_ = 0;
+  std::uint64_t too_large_ = 0;
+};
+
+std::unique_ptr<ScanTaker> open_taker(const MapConversion& conversion) {
+  if (conversion.form == ConversionForm::mcap) return std::make_unique<RecordingTaker>(conversion.out);
+  return std::make_unique<CloudTaker>(conversion.out, conversion.form);
+}
+
+/// The map's points scan by scan, taken back into the body's frame.
+void take_map(const fs::path& folder, ScanTaker& taker, MapConversionReport& report) {
+  const Trajectory trajectory = read_trajectory(folder);
+  // Where no time is known the stamps are the numbers that map.ply has; else its scans come in the same
+  // order.
+  std::map<std::uint32_t, std::size_t> pose_of;
+  for (std::size_t i = 0; !trajectory.has_time && i < trajectory.size(); ++i)
+    pose_of[static_cast<std::uint32_t>(std::llround(trajectory.stamps_s[i]))] = i;
+  std::vector<Point> points;
+  std::uint32_t number = 0;
+  const auto hand_on = [&] {
+    if (points.empty()) return;
+    const std::size_t pose = trajectory.has_time          ? report.scans
+                             : pose_of.count(number) != 0 ? pose_of[number]
+                                                          : SIZE_MAX;
+    if (pose >= trajectory.size())
+      throw InputError(
+          folder / "map.ply",
+          fmt::format("has a scan {} that trajectory.tum has no pose for; map the scans again", number));
+    const Pose body_from_map = trajectory.poses[pose].inverse();
+    for (Point& point : points) {
+      const Eigen::Vector3f in_map(point.x, point.y, point.z);
+      const Eigen::Vector3f in_body = (body_from_map * in_map.cast<double>()).cast<float>();
+      point = {in_body.x(), in_body.y(), in_body.z()};
+    }
+    taker.take(points, trajectory.poses[pose], number, trajectory.stamps_s[pose]);
+    ++report.scans;
+    points.clear();
+  };
+  stream_ply_scans(folder / "map.ply",
+                   [&](std::span<const Point> piece, std::span<const std::uint32_t> scans) {
+                     for (std::size_t i = 0; i < piece.size(); ++i) {
+                       if (scans[i] != number) hand_on();
+                       number = scans[i];
+                       points.push_back(piece[i]);
+                     }
+                   });
+  hand_on();
+}
+
+void take_scans(ScanSource& scans, ScanTaker& taker, MapConversionReport& report,
+                const ScanProgress& progress) {
+  std::vector<Point> points;
+  std::size_t without_pose = 0;
+  for (std::size_t i = 0; scans.read(i, points); ++i) {
+    const std::optional<Pose> pose = scans.odometry(i);
+    if (!pose) ++without_pose;
+    taker.take(points, pose.value_or(Pose{}), static_cast<std::uint32_t>(scans.number(i)),
+               scans.stamp_s(i).value_or(static_cast<double>(scans.number(i))));
+    ++report.scans;
+    if (progress) progress(i + 1, scans.size());
+    if (i + 1 >= scans.size()) break;
+  }
+  report.warnings = scans.warnings();
+  if (without_pose > 0 && report.scans > 1)
+    report.warnings.push_back(
+        fmt::format("{} of {} scans have no pose and are put at the origin; give them with --odometry",
+                    without_pose, report.scans));
+}
+
+/// The trajectory that the vehicle had at the end: of its last path, and of the poses since.
+Trajectory recorded_trajectory(const fs::path& file) {
+  FileSource source(file.c_str());
+  if (!source.is_open()) throw InputError(file, "cannot be opened for reading");
+  RecordingReader reader(source);
+  if (!reader.open()) throw InputError(file, "is no recording (MCAP)");
+  std::map<std::int64_t, Pose> poses;
+  RecordedMessage message;
+  while (reader.next(message)) {
+    if (const auto* pose = std::get_if<PoseRecord>(&message.content))
+      poses[pose->stamp_ns] = pose->map_from_body;
+    const auto* path = std::get_if<PathRecord>(&message.content);
+    if (path == nullptr || path->stamps_ns.size() != path->map_from_body.size()) continue;
+    for (std::size_t i = 0; i < path->stamps_ns.size(); ++i)
+      poses[path->stamps_ns[i]] = path->map_from_body[i];
+  }
+  if (poses.empty())
+    throw InputError(file, fmt::format("holds no poses: nobody mapped while it was recorded; make a map with "
+                                       "alces replay {} --out MAP",
+                                       file.string()));
+  Trajectory trajectory;
+  trajectory.has_time = true;
+  for (const auto& [stamp_ns, pose] : poses) {
+    trajectory.stamps_s.push_back(seconds(stamp_ns));
+    trajectory.poses.push_back(pose);
+  }
+  return trajectory;
+}
+
+void take_recording(const fs::path& file, ScanTaker& taker, MapConversionReport& report) {
+  const Trajectory trajectory = recorded_trajectory(file);
+  std::map<std::int64_t, std::size_t> pose_of;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) pose_of[std::llround(trajectory.stamps_s[i] * 1e9)] = i;
+  FileSource source(file.c_str());
+  RecordingReader reader(source);
+  if (!reader.open()) throw InputError(file, "is no recording (MCAP)");
+  std::uint64_t without_pose = 0;
+  RecordedMessage message;
+  while (reader.next(message)) {
+    const auto* cloud = std::get_if<CloudRecord>(&message.content);
+    if (cloud == nullptr) continue;
+    const auto pose = pose_of.find(cloud->stamp_ns);
+    if (pose == pose_of.end()) {
+      ++without_pose;
+      continue;
+    }
+    taker.take(cloud->points, trajectory.poses[pose->second], static_cast<std::uint32_t>(report.scans),
+               trajectory.stamps_s[pose->second]);
+    ++report.scans;
+  }
+  for (const std::string& problem : reader.problems())
+    report.warnings.push_back(file.string() + ": " + problem);
+  if (without_pose > 0)
+    report.warnings.push_back(
+        fmt::format("{}: {} clouds have no pose and are left out", file.string(), without_pose));
+  if (report.scans == 0) throw InputError(file, "holds no clouds; make a map with alces replay");
+}
+
+Trajectory trajectory_of(const MapConversion& conversion) {
+  switch (conversion.source) {
+    case ConversionSource::map_folder:
+    case ConversionSource::trajectory:
+      return read_trajectory(conversion.in);
+    case ConversionSource::recording:
+      return recorded_trajectory(conversion.in);
+    case ConversionSource::scans:
+    case ConversionSource::cloud:
+      break;
+  }
+  const std::unique_ptr<ScanSource> scans = open_scans(conversion.in, {.odometry = conversion.odometry});
+  Trajectory trajectory;
+  trajectory.has_time = true;
+  for (std::size_t i = 0; i < scans->size(); ++i) {
+    const std::optional<Pose> pose = scans->odometry(i);
+    if (!pose)
+      throw InputError(conversion.in,
+                       fmt::format("{} has no pose; give the poses with --odometry", scans->name(i)));
+    trajectory.poses.push_back(*pose);
+    trajectory.has_time = trajectory.has_time && scans->stamp_s(i).has_value();
+    trajectory.stamps_s.push_back(scans->stamp_s(i).value_or(static_cast<double>(scans->number(i))));
+  }
+  return trajectory;
+}
+
+}  // namespace
+
+std::optional<ConversionSource> conversion_source(const fs::path& in) {
+  std::error_code ignored;
+  if (fs::is_directory(in, ignored)) {
+    if (fs::exists(in / "map.ply", ignored) && fs::exists(in / "trajectory.tum", ignored))
+      return ConversionSource::map_folder;
+    bool has_frames = false;
+    for (const fs::path& file : list_files(in)) {
+      const std::string extension = file.extension().string();
+      for (const char* scan : {".3d", ".pcd", ".ply", ".las", ".xyz", ".asc"}) {
+        if (extension == scan) return ConversionSource::scans;
+      }
+      has_frames = has_frames || extension == ".frames" || extension == ".pose";
+    }
+    if (has_frames) return ConversionSource::trajectory;
+    return std::nullopt;
+  }
+  const std::string extension = in.extension().string();
+  for (const char* cloud : {".3d", ".pcd", ".ply", ".las", ".laz", ".e57", ".xyz", ".asc"}) {
+    if (extension == cloud) return ConversionSource::cloud;
+  }
+  for (const char* trajectory : {".tum", ".kitti", ".csv"}) {
+    if (extension == trajectory) return ConversionSource::trajectory;
+  }
+  if (extension == ".mcap") return ConversionSource::recording;
+  return std::nullopt;
+}
+
+std::optional<ConversionForm> conversion_form(const fs::path& out) {
+  const fs::path name = out.has_filename() ? out.filename() : out.parent_path().filename();
+  if (name == "frames") return ConversionForm::frames;
+  const std::string extension = name.extension().string();
+  if (extension == ".bin") return ConversionForm::kitti_scan;
+  if (extension == ".xyz") return ConversionForm::csv;
+  return extension.empty() ? std::nullopt : conversion_form_called(extension.substr(1));
+}
+
+std::optional<ConversionForm> conversion_form_called(const std::string& name) {
+  for (const auto& [known, form] : form_names) {
+    if (name == known) return form;
+  }
+  return std::nullopt;
+}
+
+MapConversionReport convert_map(const MapConversion& conversion, const ScanProgress& progress) {
+  const std::string extension = conversion.in.extension().string();
+  if (extension == ".laz" || extension == ".e57") {
+    throw InputError(conversion.in,
+                     "this form needs a library that Debian does not have; write it as LAS or PLY with the "
+                     "program it comes from");
+  }
+  MapConversionReport report;
+  if (is_trajectory_form(conversion.form)) {
+    const Trajectory trajectory = trajectory_of(conversion);
+    report.poses = trajectory.size();
+    if (conversion.form == ConversionForm::tum) write_tum(conversion.out, trajectory);
+    if (conversion.form == ConversionForm::kitti) write_kitti(conversion.out, trajectory);
+    if (conversion.form == ConversionForm::frames) write_3dtk_frames(conversion.out, trajectory);
+    return report;
+  }
+  if (conversion.source == ConversionSource::trajectory)
+    throw UsageError(fmt::format("{} is a trajectory and has no points; --to tum, kitti or frames",
+                                 conversion.in.string()));
+  // Whatever cannot be read is found before anything is written, where that is cheap.
+  std::unique_ptr<ScanSource> scans;
+  const bool is_streamed_ply = conversion.source == ConversionSource::cloud && extension == ".ply" &&
+                               !conversion.odometry && !is_ascii_ply(conversion.in);
+  if (!is_streamed_ply &&
+      (conversion.source == ConversionSource::scans || conversion.source == ConversionSource::cloud))
+    scans = open_scans(conversion.in, {.odometry = conversion.odometry});
+
+  const std::unique_ptr<ScanTaker> taker = open_taker(conversion);
+  if (scans) {
+    take_scans(*scans, *taker, report, progress);
+  } else if (is_streamed_ply) {
+    stream_ply(conversion.in, [&](std::span<const Point> piece) { taker->take(piece, Pose{}, 0, 0); });
+    report.scans = 1;
+  } else if (conversion.source == ConversionSource::map_folder) {
+    take_map(conversion.in, *taker, report);
+  } else {
+    take_recording(conversion.in, *taker, report);
+  }
+  taker->finish(report);
+  return report;
+}
+
+}  // namespace alces::offline
