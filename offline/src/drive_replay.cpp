@@ -18,6 +18,22 @@ namespace {
 constexpr std::size_t most_stamps_a_notice = 100;  // in run.json; all are counted
 constexpr std::int64_t samples_a_drive = 200;      // of the counters
 
+/// As many as the head can turn through in this time at its fastest, or as the lasers have profiles for: a
+/// head that turns faster than it is configured to loses no scan.
+std::size_t most_scans(const ScannerConfig& scanner, double duration_s) {
+  const EncoderConfig& encoder = scanner.encoder;
+  const double fastest_rad_s = std::abs(encoder.expected_speed_rad_s) * (1 + encoder.speed_tolerance);
+  const double by_turns = fastest_rad_s * duration_s / scanner.assembler.turn_rad;
+  double profiles_per_s = 0;
+  for (std::uint32_t laser = 0; laser < scanner.assembler.laser_count; ++laser)
+    profiles_per_s += scanner.laser_makes[laser] == LaserMake::lms2xx
+                          ? scanner.lms2xx[laser].turns_per_s
+                          : scanner.cola_b[laser].scan_frequency_hz;
+  const double by_profiles =
+      profiles_per_s * duration_s / std::max<std::uint32_t>(1, scanner.assembler.minimum_profiles);
+  return static_cast<std::size_t>(std::max(by_turns, by_profiles)) + 2;
+}
+
 }  // namespace
 
 /// Where the drivers' frames and bytes go in a replay: the vehicle has had them.
@@ -87,11 +103,7 @@ void DriveReplay::survey(const std::filesystem::path& drive) {
       end_ns_ = std::max(end_ns_, event.stamp_ns);
     }
   }
-  // As many as the head can turn through in this time, at its fastest.
-  const EncoderConfig& encoder = settings_.scanner.encoder;
-  const double fastest_rad_s = std::abs(encoder.expected_speed_rad_s) * (1 + encoder.speed_tolerance);
-  const double turned_rad = fastest_rad_s * seconds(std::max<std::int64_t>(0, end_ns_ - begin_ns_));
-  size_ = static_cast<std::size_t>(turned_rad / settings_.scanner.assembler.turn_rad) + 2;
+  size_ = most_scans(settings_.scanner, seconds(std::max<std::int64_t>(0, end_ns_ - begin_ns_)));
 }
 
 void DriveReplay::on_scan(const Scan& scan) {

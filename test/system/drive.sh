@@ -3,7 +3,7 @@ boot drive 1200
 expect 6 drive
 drive=$results/drive
 
-check "the recording is whole and replays" "$alces" replay "$drive/drive.mcap" --out "$drive/map"
+check "the recording is whole and replays" replay "$drive/drive.mcap" "$drive/map"
 check "the recording's own poses can be read" "$here/traces.py" poses "$drive/drive.mcap" "$drive/recorded.tum"
 check "replayed to the poses of the drive" "$here/traces.py" compare "$drive/recorded.tum" "$drive/map/trajectory.tum" 0.001
 near_truth() {  # near_truth MAP LIMIT_M
@@ -26,7 +26,7 @@ rm "$drive/witnessed/events.txt"
 check "candump's part of the drive" "$here/traces.py" trim "$drive/traces/can0.log" "$drive/candump.log" "$drive/witnessed/can0.log"
 cp "$drive/gpiomon.txt" "$drive/witnessed/gpio.txt"
 check "candump's and gpiomon's traces become a recording" "$alces" convert --lines 3 "$drive/witnessed" "$drive/witnessed.mcap"
-check "... that replays" "$alces" replay "$drive/witnessed.mcap" --out "$drive/witnessed_map"
+check "... that replays" replay "$drive/witnessed.mcap" "$drive/witnessed_map"
 # Not to the bit: the witnesses know nothing of our ticks, at which the SYNC that samples the motor's position is sent.
 check "... to the poses of the drive" "$here/traces.py" compare "$drive/recorded.tum" "$drive/witnessed_map/trajectory.tum" 0.15
 check "... as near the truth" near_truth "$drive/witnessed_map" 0.2

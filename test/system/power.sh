@@ -14,7 +14,7 @@ boot after 300
 expect 2 after
 cut=$results/after
 check "power cut: the recording can be read" "$alces" convert "$cut/cut.mcap" "$cut/whole.mcap"
-check "power cut: the recording replays" "$alces" replay "$cut/cut.mcap" --out "$cut/map"
+check "power cut: the recording replays" replay "$cut/cut.mcap" "$cut/map"
 "$alces" convert "$cut/cut.mcap" "$cut/traces" > /dev/null 2>&1
 # ext4 writes the length of a file every five seconds, a chunk is half a second long.
 lost() {

@@ -109,6 +109,7 @@ check() {
     echo "FAIL $name: $(echo "$said" | tail -n 1)"; failed=1
   fi
 }
+replay() { "$alces" replay "$1" --out "$2" | grep 'scans mapped'; }  # pipefail: its status is that of alces, too
 at_least() { echo "$1 of $2 that must be"; [ "${1:-0}" -ge "$2" ]; }
 
 failed=0
