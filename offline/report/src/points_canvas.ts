@@ -11,7 +11,7 @@ export class CanvasPainter implements Painter {
   readonly mostPointsAFrame = 2e6
   readonly leastPointsAFrame = 100e3
   readonly firstPointsAFrame = 250e3
-  private readonly context = this.canvas.getContext('2d', { alpha: false })!
+  private readonly context = this.canvas.getContext('2d', { alpha: false, willReadFrequently: true })!
   private readonly ramps = new Map<ColorMode, Uint32Array>()
   private image = this.context.createImageData(1, 1)
   private pixels = new Uint32Array(this.image.data.buffer)

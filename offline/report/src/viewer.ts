@@ -97,7 +97,8 @@ export class Viewer {
     this.painter.canvas.className = 'points'
     this.painter.canvas.setAttribute('aria-hidden', 'true')
     this.overlay.className = 'overlay'
-    this.ink = this.overlay.getContext('2d')!
+    // Lines, too, are drawn by the processor itself where it would only pretend to be a graphics processor.
+    this.ink = this.overlay.getContext('2d', { willReadFrequently: this.painter.kind === 'canvas' })!
     this.host.prepend(this.painter.canvas, this.overlay)
 
     this.camera.up.set(0, 0, 1)
