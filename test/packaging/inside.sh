@@ -40,6 +40,7 @@ systemd-analyze verify --man=no /lib/systemd/system/alcesd.service
 systemd-analyze security --offline=yes --threshold=25 /lib/systemd/system/alcesd.service | tail -n 1
 
 say "as that user, and without the devices: one sentence, exit status 5"
+install -d -o alces -g alces /var/lib/alces  # as StateDirectory= does
 status=0
 setpriv --reuid=alces --regid=alces --init-groups alcesd --config /etc/alces/vehicle.toml --record /var/lib/alces/drive.mcap || status=$?
 test "$status" = 5
