@@ -56,7 +56,7 @@ const char* text(LoopVerdict verdict) {
 }
 
 Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, Status& status,
-                       ScanArchive* archive, StageClock* clock) {
+                       ScanArchive* archive, StageClock* clock, LoopRelaxation* relaxation) {
   MapperConfig planned = config;
   planned.detector.scan_capacity = config.scan_capacity;
   status = Status::bad_config;
@@ -73,6 +73,7 @@ Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, S
   mapper->store_.set_archive(archive);
   mapper->detector_.clear();
   mapper->clock_ = clock;
+  mapper->relaxation_ = relaxation;
   status = Status::ok;
   return mapper;
 }
@@ -349,11 +350,12 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   edge.from_from_to = match.model_from_data;
   edge.variance =
       edge_variance(covariance, match.model_from_data, map_from_f.rotation, config_.edge_uncertainty);
-  if (sharing_.share(graph_, map_from_matched, config_.sharing) != Status::ok) {
+  // LOA's time begins with its decomposition, which another back end has only to thank for the belief.
+  const std::uint64_t bend_ns = relaxation_ == nullptr ? matched_ns : now_ns();
+  if (bend(edge, map_from_matched) != Status::ok) {
     loop.verdict = LoopVerdict::refused_no_match;
     return;
   }
-  (void)graph_.add_edge(edge);
   (void)detector_.rebuild(graph_.poses());
   for (std::uint32_t i = l; i < scan_count(); ++i) {  // l is again as sure as f
     const Spread grown{spreads_[i].translation_m2 - spreads_[l].translation_m2,
@@ -363,8 +365,22 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
                      spreads_[f].rotation_rad2 + grown.rotation_rad2};
   }
   spreads_[l] = spreads_[f];
-  times.loop_share_ns += now_ns() - matched_ns;
+  loop.share_ns = now_ns() - bend_ns;
+  times.loop_share_ns += loop.share_ns;
   loop.verdict = LoopVerdict::closed;
+}
+
+// After sharing_.prepare(), which knows the graph as it was before the edge.
+Status Mapper::bend(const Edge& edge, const Pose& map_from_l) {
+  if (relaxation_ != nullptr) {
+    const Status added = graph_.add_edge(edge);
+    if (added != Status::ok) return added;
+    if (relaxation_->relax(graph_, graph_.poses())) return Status::ok;
+    ++counters_.loops_not_relaxed;
+    return sharing_.share(graph_, map_from_l, config_.sharing);
+  }
+  const Status shared = sharing_.share(graph_, map_from_l, config_.sharing);
+  return shared == Status::ok ? graph_.add_edge(edge) : shared;
 }
 
 Status Mapper::read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count) {

@@ -7,6 +7,7 @@
 
 #include "alces_offline/byte_size.h"
 #include "alces_offline/error.h"
+#include "alces_offline/graph/loop_back_end.h"
 #include "alces_offline/map_run.h"
 #include "alces_offline/mapper_settings.h"
 #include "alces_offline/scan_source.h"
@@ -45,6 +46,9 @@ SCANS is a folder or several files: 3DTK uos, PCD, PLY, KITTI .bin, CSV. The map
 graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops); its files are
 replaced one by one, each when it is whole. The frame is REP 103's, metres, the origin is the first scan.
 
+--loop-optimizer toro or hogman puts the optimisers that ELCH's paper compares with into LOA's place, for comparison; they
+work outside of --memory. Detecting, matching and believing loops stay as they are. none closes no loops.
+
 --memory is all that the mapper has: one block, planned before the first scan. --archive takes the scans that do not fit; the
 poses do not depend on either. The archive may be removed afterwards.
 
@@ -57,7 +61,7 @@ MapRequest request(const Options& options) {
   MapRequest request;
   request.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
   if (!options.config.empty()) read_settings(options.config, request.config);
-  if (options.loop_optimizer == "none") request.config.close_loops = false;
+  request.loop_back_end = loop_back_end(options.loop_optimizer).value_or(LoopBackEnd::elch);
   const auto memory = parse_byte_size(options.memory);
   if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
   request.memory_bytes = *memory;
@@ -94,7 +98,7 @@ void add_map_command(CLI::App& alces) {
       ->check(CLI::IsMember({"default", "paper"}))
       ->capture_default_str();
   verb->add_option("--loop-optimizer", options->loop_optimizer, "how loops are closed, or none")
-      ->check(CLI::IsMember({"elch", "none"}))
+      ->check(CLI::IsMember(loop_back_end_names()))
       ->capture_default_str();
   verb->add_option("--memory", options->memory, "for the mapper, all in all")->capture_default_str();
   verb->add_option("--archive", options->archive, "a file for the scans that do not fit");

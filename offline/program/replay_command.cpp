@@ -9,6 +9,7 @@
 #include "alces_offline/byte_size.h"
 #include "alces_offline/drive_replay.h"
 #include "alces_offline/error.h"
+#include "alces_offline/graph/loop_back_end.h"
 #include "alces_offline/output_file.h"
 #include "command.h"
 #include "map_and_write.h"
@@ -71,7 +72,7 @@ void replay_drive(const Options& options) {
   const std::filesystem::path scratch = std::filesystem::path(options.out) / "scans.archive";
   if (options.archive.empty()) make_folder(options.out);
   request.archive = options.archive.empty() ? scratch : std::filesystem::path(options.archive);
-  if (options.loop_optimizer == "none") request.config.close_loops = false;
+  request.loop_back_end = loop_back_end(options.loop_optimizer).value_or(LoopBackEnd::elch);
 
   const auto remove_scratch = [&options, &scratch] {
     std::error_code ignored;
@@ -99,7 +100,7 @@ void add_replay_command(CLI::App& alces) {
   verb->add_option("--out", options->out, "the map folder to write")->required();
   verb->add_option("--config", options->config, "a vehicle.toml instead of the recording's own");
   verb->add_option("--loop-optimizer", options->loop_optimizer, "how loops are closed, or none")
-      ->check(CLI::IsMember({"elch", "none"}))
+      ->check(CLI::IsMember(loop_back_end_names()))
       ->capture_default_str();
   verb->add_option("--memory", options->memory, "for the mapper, instead of the configuration's");
   verb->add_option(

@@ -18,7 +18,8 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-MapperConfig complete(MapperConfig config, const ScanSource& scans) {
+MapperConfig complete(MapperConfig config, LoopBackEnd back_end, const ScanSource& scans) {
+  if (back_end == LoopBackEnd::none) config.close_loops = false;
   constexpr std::size_t most_scans = 100'000'000;  // a scan costs memory: this is far beyond any block
   if (config.scan_capacity == 0)
     config.scan_capacity = static_cast<std::uint32_t>(std::clamp<std::size_t>(scans.size(), 1, most_scans));
@@ -30,12 +31,14 @@ MapperConfig complete(MapperConfig config, const ScanSource& scans) {
 MapRun::MapRun(ScanSource& scans, const MapRequest& request)
     : scans_(scans),
       archive_file_(request.archive),
-      config_(complete(request.config, scans)),
+      loop_back_end_(request.config.close_loops ? request.loop_back_end : LoopBackEnd::none),
+      config_(complete(request.config, loop_back_end_, scans)),
       plan_(plan_memory(config_, request.memory_bytes)),
-      block_(plan_.block_bytes) {
+      block_(plan_.block_bytes),
+      relaxation_(make_graph_relaxation(loop_back_end_)) {
   if (archive_file_) archive_ = std::make_unique<FileArchive>(*archive_file_, config_.scan_capacity);
   Status status = Status::ok;
-  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_);
+  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_.get());
   if (mapper_ == nullptr)
     throw UsageError(
         fmt::format("the mapper does not take these settings: {}; see docs/examples/map.toml", text(status)));
@@ -173,6 +176,10 @@ std::vector<std::string> MapRun::warnings() const {
   if (mapper_->counters().loops_not_listed > 0)
     warnings.push_back(fmt::format("{} loops are not listed; raise memory.loop_capacity in --config",
                                    mapper_->counters().loops_not_listed));
+  if (mapper_->counters().loops_not_relaxed > 0)
+    warnings.push_back(fmt::format("{} of {} loops were closed by ELCH in the place of {}: {}",
+                                   mapper_->counters().loops_not_relaxed, mapper_->counters().loops_closed,
+                                   name(loop_back_end_), relaxation_->problem()));
   return warnings;
 }
 

@@ -56,7 +56,8 @@ Json loops(const MapRun& run) {
                  {"mahalanobis2", loop.mahalanobis2},
                  {"correction_m", loop.correction_m},
                  {"correction_deg", loop.correction_rad * 180 / std::numbers::pi},
-                 {"iterations", loop.iterations}};
+                 {"iterations", loop.iterations},
+                 {"share_out_ms", static_cast<double>(loop.share_ns) * 1e-6}};
     list.push_back(std::move(json));
   }
   return list;
@@ -98,7 +99,8 @@ Json counters(const MapRun& run) {
           {"slot_misses", store.slot_misses},
           {"loops_offered", mapper.loops_offered},
           {"loops_closed", mapper.loops_closed},
-          {"loops_not_listed", mapper.loops_not_listed}};
+          {"loops_not_listed", mapper.loops_not_listed},
+          {"loops_not_relaxed", mapper.loops_not_relaxed}};
 }
 
 }  // namespace
@@ -109,6 +111,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["program"] = {{"name", "alces"}, {"version", program.version}, {"command_line", program.command_line}};
   json["source"] = {{"description", run.source().description()}, {"scans", run.source().size()}};
   json["front_end"] = program.front_end;
+  json["loop_optimizer"] = name(run.loop_back_end());
   json["settings"] = to_json(run.mapper().config());
   json["complete"] = !run.problem().has_value();
   json["stopped_by"] = run.problem() ? Json(run.problem()->what()) : Json();

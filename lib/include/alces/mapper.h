@@ -13,6 +13,7 @@
 #include "alces/arena.h"
 #include "alces/icp.h"
 #include "alces/loop_detector.h"
+#include "alces/loop_relaxation.h"
 #include "alces/loop_sharing.h"
 #include "alces/pair_covariance.h"
 #include "alces/pose.h"
@@ -101,6 +102,7 @@ struct LoopReport {
   double correction_m = 0;  ///< how far l moved against f
   double correction_rad = 0;
   std::uint32_t iterations = 0;
+  std::uint64_t share_ns = 0;  ///< LOA and sharing out, or the LoopRelaxation; 0 without a clock
 };
 
 /// Where add_scan's time went, if a clock was given (ns).
@@ -110,7 +112,7 @@ struct StageTimes {
   std::uint64_t match_ns = 0;
   std::uint64_t detect_ns = 0;
   std::uint64_t loop_match_ns = 0;
-  std::uint64_t loop_share_ns = 0;  ///< LOA and sharing out
+  std::uint64_t loop_share_ns = 0;  ///< LOA and sharing out, or the LoopRelaxation
 };
 
 struct ScanReport {
@@ -143,9 +145,10 @@ class Mapper {
   [[nodiscard]] static constexpr std::size_t memory_required(const MapperConfig& config);
 
   /// Lays a mapper out in `block` (64-byte aligned), which must outlive it. Null, and `status` says why:
-  /// block_too_small, block_misaligned, bad_config.
+  /// block_too_small, block_misaligned, bad_config. `relaxation`, unless null, bends the map in LOA's place.
   [[nodiscard]] static Mapper* create(std::span<std::byte> block, const MapperConfig& config, Status& status,
-                                      ScanArchive* archive = nullptr, StageClock* clock = nullptr);
+                                      ScanArchive* archive = nullptr, StageClock* clock = nullptr,
+                                      LoopRelaxation* relaxation = nullptr);
 
   /// Appends a scan: points in the body frame, metres, at its reference time; odometry in any fixed frame, or
   /// null to assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops
@@ -183,7 +186,8 @@ class Mapper {
     std::uint32_t archive_failures = 0;  ///< scans to match with could not be brought back
     std::uint32_t loops_offered = 0;
     std::uint32_t loops_closed = 0;
-    std::uint32_t loops_not_listed = 0;  ///< beyond the capacity of loops()
+    std::uint32_t loops_not_listed = 0;   ///< beyond the capacity of loops()
+    std::uint32_t loops_not_relaxed = 0;  ///< the LoopRelaxation could not, LOA did
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const ScanStore::Counters& store_counters() const { return store_.counters(); }
@@ -215,6 +219,7 @@ class Mapper {
                                      const Pose& model_from_data);
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
+  [[nodiscard]] Status bend(const Edge& edge, const Pose& map_from_l);
   [[nodiscard]] std::uint64_t now_ns() const { return clock_ == nullptr ? 0 : clock_->now_ns(); }
 
   static constexpr std::uint32_t maximum_metascan = Icp::maximum_model_scans;
@@ -232,6 +237,7 @@ class Mapper {
   std::span<LoopReport> loops_;
   std::span<Pose> last_odometry_;  // one
   StageClock* clock_ = nullptr;
+  LoopRelaxation* relaxation_ = nullptr;
   OdometryHeading heading_;
   std::uint32_t loop_count_ = 0;
   bool has_odometry_ = false;

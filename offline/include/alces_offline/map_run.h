@@ -16,6 +16,7 @@
 #include "alces/mapper.h"
 #include "alces_offline/error.h"
 #include "alces_offline/file_archive.h"
+#include "alces_offline/graph/loop_back_end.h"
 #include "alces_offline/memory_plan.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/steady_stage_clock.h"
@@ -28,6 +29,7 @@ struct MapRequest {
   MapperConfig config;
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
+  LoopBackEnd loop_back_end = LoopBackEnd::elch;  ///< none: config.close_loops is taken for false
 };
 
 /// A scan that is in the map.
@@ -66,6 +68,7 @@ class MapRun {
   [[nodiscard]] Mapper& mapper() { return *mapper_; }
   [[nodiscard]] const Mapper& mapper() const { return *mapper_; }
   [[nodiscard]] const MemoryPlan& memory() const { return plan_; }
+  [[nodiscard]] LoopBackEnd loop_back_end() const { return loop_back_end_; }  ///< none: no loops are closed
   [[nodiscard]] const std::optional<std::filesystem::path>& archive() const { return archive_file_; }
   [[nodiscard]] const std::vector<MappedScan>& mapped() const {
     return mapped_;
@@ -90,11 +93,13 @@ class MapRun {
 
   ScanSource& scans_;
   std::optional<std::filesystem::path> archive_file_;
+  LoopBackEnd loop_back_end_;
   MapperConfig config_;
   MemoryPlan plan_;
   MemoryBlock block_;
   std::unique_ptr<FileArchive> archive_;
   SteadyStageClock clock_;
+  std::unique_ptr<GraphRelaxation> relaxation_;
   Mapper* mapper_ = nullptr;
   std::vector<MappedScan> mapped_;
   std::vector<RefusedScan> refused_;
