@@ -162,12 +162,11 @@ void compare(const Options& options) {
 
   const StopSignal stop;
   StageLine line;
-  SpooledScanSource scans(
-      *input.scans, options.out,
-      [&](std::size_t done, std::size_t total) { line("reading", "scans", done, total); },
-      [&] { return stop.received() != 0; });
-  if (scans.was_stopped())
-    throw Error("interrupted while the scans were read; nothing is written", 128 + stop.received());
+  SpooledScanSource scans(*input.scans, options.out, [&](std::size_t done, std::size_t total) {
+    line("reading", "scans", done, total);
+    if (stop.received() != 0)
+      throw Error("interrupted while the scans were read; nothing is written", 128 + stop.received());
+  });
   if (scans.size() < 2)
     throw InputError(options.input,
                      fmt::format("has {} scans; two are the least to compare with", scans.size()));
@@ -186,7 +185,6 @@ void compare(const Options& options) {
   request.measures_consistency = options.consistency || options.truth.empty();
   if (!options.pairs.empty()) request.revisits = read_pairs(options.pairs, scans.size());
   request.program = {ALCES_VERSION, command_line(), options.front_end, {}};
-  if (!is_drive(options.input)) request.program.source_paths = {fs::absolute(options.input)};
 
   const ExperimentResult result =
       run_experiment(scans, request,

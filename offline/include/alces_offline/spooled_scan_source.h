@@ -1,13 +1,13 @@
-// All scans of a source once through, and from then on in any order, any number of times: for work that goes
-// over the same scans again and again, where the source is a drive that can only be replayed from its begin.
+// A source that gives its scans only once and in order (a recorded drive), made one that gives any scan at
+// any time: all are read at the beginning, into a scratch file without a name that goes away with the object.
 //
-// Points lie in a file without a name, 12 bytes each, which goes away with the object whatever ends the
-// program; in memory are some 150 bytes a scan.
+// 12 bytes a point on the disk of `folder`; in memory one scan and what is known of each.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,19 +15,14 @@
 
 namespace alces::offline {
 
+class ScratchFile;
+
 class SpooledScanSource final : public ScanSource {
  public:
-  using Progress = std::function<void(std::size_t done, std::size_t total)>;
-
-  /// Reads `source` to its end, or until `stop_requested` says so (was_stopped()). `folder` takes the file.
-  /// OutputError for it; what the source throws.
-  SpooledScanSource(ScanSource& source, const std::filesystem::path& folder, const Progress& progress = {},
-                    const std::function<bool()>& stop_requested = {});
+  /// Reads all of `source`; InputError as it does, OutputError. `progress(done, total)` may be empty.
+  SpooledScanSource(ScanSource& source, const std::filesystem::path& folder,
+                    const std::function<void(std::size_t, std::size_t)>& progress = {});
   ~SpooledScanSource() override;
-
-  [[nodiscard]] bool was_stopped() const { return was_stopped_; }
-  /// The scan that read() was asked for last.
-  [[nodiscard]] std::size_t last_read() const { return last_read_; }
 
   [[nodiscard]] std::size_t size() const override { return scans_.size(); }
   bool read(std::size_t index, std::vector<Point>& points) override;
@@ -44,7 +39,7 @@ class SpooledScanSource final : public ScanSource {
 
  private:
   struct Scan {
-    std::uint64_t offset = 0;
+    std::uint64_t begin = 0;
     std::size_t points = 0;
     std::string name;
     std::size_t number = 0;
@@ -52,13 +47,10 @@ class SpooledScanSource final : public ScanSource {
     std::optional<double> stamp_s;
   };
 
-  std::filesystem::path folder_;
-  int descriptor_ = -1;
+  std::unique_ptr<ScratchFile> file_;
   std::vector<Scan> scans_;
   std::string description_;
   std::vector<std::string> warnings_;
-  std::size_t last_read_ = 0;
-  bool was_stopped_ = false;
 };
 
 }  // namespace alces::offline

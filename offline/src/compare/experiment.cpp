@@ -63,6 +63,10 @@ void measure(std::vector<RowResult>& rows, SpooledScanSource& scans, const Exper
         measure_consistency(scans, map_from_scan, groups, {}, [&](std::size_t done, std::size_t total) {
           if (callbacks.progress) callbacks.progress(row.row.title, "residuals between scans", done, total);
         });
+    consistency.entropy =
+        measure_map_entropy(scans, map_from_scan, {}, [&](std::size_t done, std::size_t total) {
+          if (callbacks.progress) callbacks.progress(row.row.title, "map entropy", done, total);
+        });
     row.consistency = std::move(consistency);
   }
 }
@@ -102,6 +106,9 @@ ExperimentResult run_experiment(SpooledScanSource& scans, const ExperimentReques
         done = run_post_row(row, *elch, scans, request, callbacks, links);
       }
       finish_row(*done, request);
+      if (row.post == PostMethod::none)  // the others' are those of ELCH
+        for (const std::string& warning : done->warnings)
+          result.warnings.push_back(fmt::format("{}: {}", row.title, warning));
       if (callbacks.finished) callbacks.finished(*done);
       result.rows.push_back(std::move(*done));
     }

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <system_error>
@@ -70,6 +70,13 @@ RowTimes times_of(const MapRun& run, const LumRelaxation* relaxation) {
   return times;
 }
 
+std::size_t scan_being_added(const MapRun& run) {
+  std::size_t next = 0;
+  if (!run.mapped().empty()) next = run.mapped().back().source_index + 1;
+  if (!run.refused().empty()) next = std::max(next, run.refused().back().source_index + 1);
+  return next;
+}
+
 void write_report(const std::filesystem::path& folder, const nlohmann::json& report) {
   OutputFile file(folder / "run.json");
   file.write(report.dump(2) + "\n");
@@ -101,7 +108,7 @@ RowResult run_online_row(const CompareRow& row, SpooledScanSource& scans, const 
     const auto index_so_far = [&](std::size_t count) {
       std::vector<std::size_t> index;
       for (const MappedScan& scan : run->mapped()) index.push_back(scan.source_index);
-      if (index.size() < count) index.push_back(scans.last_read());  // the scan that is being added
+      if (index.size() < count) index.push_back(scan_being_added(*run));
       return index;
     };
     relaxation.emplace(scans, request.lum, request.out, index_so_far,
@@ -150,6 +157,10 @@ RowResult run_online_row(const CompareRow& row, SpooledScanSource& scans, const 
   result.times = times_of(*run, relaxation ? &*relaxation : nullptr);
   result.trajectory = run->trajectory();
   result.source_index = std::move(source_index);
+  const std::vector<std::string> of_source = scans.warnings();
+  for (const std::string& warning : run->warnings())
+    if (std::find(of_source.begin(), of_source.end(), warning) == of_source.end())
+      result.warnings.push_back(warning);
   if (observer) {
     result.drive = observer->drive();
     result.watched = observer->watched();

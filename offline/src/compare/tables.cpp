@@ -62,7 +62,8 @@ std::string consistency_table(const ExperimentResult& result) {
     text += fmt::format(" {} [cm] |", group.name);
     rule += "---|";
   }
-  text += " pairs without overlap | loops |\n" + rule + "---|---|\n";
+  text +=
+      " pairs without overlap | map entropy | plane variance [cm2] | loops |\n" + rule + "---|---|---|---|\n";
   for (const RowResult& row : result.rows) {
     if (!row.consistency) continue;
     text += fmt::format("| {} |", row.row.title);
@@ -73,9 +74,14 @@ std::string consistency_table(const ExperimentResult& result) {
       pairs += group.pairs.size();
       without += group.without_overlap;
     }
-    text += fmt::format(" {} of {} | {} |\n", without, pairs, row.loops_closed);
+    text += fmt::format(" {} of {} | {:.3f} | {:.2f} | {} |\n", without, pairs,
+                        row.consistency->entropy.mean_entropy,
+                        row.consistency->entropy.mean_plane_variance_m2 * 1e4, row.loops_closed);
   }
-  return text;
+  return text +
+         "\n*map entropy* (nats) and *plane variance* are means over the map's points: how crisp surfaces "
+         "are, lower "
+         "is better. A map that tears a loop open can be crisp: read them beside the revisits.\n";
 }
 
 std::string seconds(double s) {
@@ -142,7 +148,13 @@ Json to_json(const RowResult& row) {
                         {"pairs", group.pairs.size()},
                         {"without_overlap", group.without_overlap},
                         {"median_m", group.median_m ? Json(*group.median_m) : Json()}});
-    json["consistency"] = {{"groups", std::move(groups)}};
+    const MapEntropy& entropy = row.consistency->entropy;
+    json["consistency"] = {{"groups", std::move(groups)},
+                           {"map_entropy",
+                            {{"points", entropy.points},
+                             {"measured", entropy.measured},
+                             {"mean_entropy", entropy.mean_entropy},
+                             {"mean_plane_variance_m2", entropy.mean_plane_variance_m2}}}};
   }
   return json;
 }
@@ -172,7 +184,8 @@ std::string markdown_tables(const ExperimentResult& result, const ExperimentFact
 std::string csv_table(const ExperimentResult& result) {
   std::string text =
       "strategy,scans,loops_closed,loops_refused,translation_mean_m,translation_sd_m,xy_mean_m,xy_sd_m,"
-      "rotation_mean_deg,rotation_sd_deg,next_cm,five_apart_cm,revisits_cm,icp_s,online_front_end_s,"
+      "rotation_mean_deg,rotation_sd_deg,next_cm,five_apart_cm,revisits_cm,map_entropy,plane_variance_cm2,"
+      "icp_s,online_front_end_s,"
       "online_back_end_s,post_front_end_s,post_back_end_s,total_s\n";
   for (const RowResult& row : result.rows) {
     text += fmt::format("{},{},{},{}", row.row.title, row.scans, row.loops_closed, row.loops_refused);
@@ -183,11 +196,14 @@ std::string csv_table(const ExperimentResult& result) {
     } else {
       text += ",,,,,,";
     }
-    for (std::size_t i = 0; i < 3; ++i)
-      text +=
-          "," + (row.consistency && i < row.consistency->groups.size() && row.consistency->groups[i].median_m
-                     ? centimetres(row.consistency->groups[i].median_m)
-                     : std::string());
+    for (std::size_t i = 0; i < 3; ++i) {
+      text += ',';
+      if (row.consistency && i < row.consistency->groups.size() && row.consistency->groups[i].median_m)
+        text += centimetres(row.consistency->groups[i].median_m);
+    }
+    text += row.consistency ? fmt::format(",{:.6f},{:.6f}", row.consistency->entropy.mean_entropy,
+                                          row.consistency->entropy.mean_plane_variance_m2 * 1e4)
+                            : std::string(",,");
     const RowTimes& times = row.times;
     for (const double s : {times.icp_s, times.online_front_end_s, times.online_back_end_s,
                            times.post_front_end_s, times.post_back_end_s, times.total_s})

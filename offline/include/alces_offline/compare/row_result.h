@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "alces_offline/compare/compare_rows.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/map_entropy.h"
 #include "alces_offline/trajectory.h"
 
 namespace alces::offline {
@@ -48,6 +50,7 @@ struct WatchedScan {
 /// Figures of a map that need no ground truth. Not an error: a map can be consistent and bent.
 struct RowConsistency {
   std::vector<GroupConsistency> groups;  ///< next, five apart, revisits: the same pairs for all rows
+  MapEntropy entropy;
 };
 
 struct RowResult {
@@ -57,6 +60,7 @@ struct RowResult {
   std::uint32_t loops_refused = 0;
   std::uint32_t iterations = 0;  ///< of LUM, TORO, HOG-Man afterwards; of LUM online, all together
   bool is_converged = true;      ///< of LUM afterwards
+  std::vector<std::string> warnings;  ///< of its run, without the source's
   RowTimes times;
   Trajectory trajectory;
   std::vector<std::size_t> source_index;  ///< of each pose
