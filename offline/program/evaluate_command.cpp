@@ -10,6 +10,7 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/map_entropy.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
@@ -41,7 +42,9 @@ arccos|q . q_ref| of the quaternions, is half of it and stands beside it. RPE is
 --rpe-delta scans and does not depend on --align.
 
 Consistency: for a pair of scans at their map poses, the distance of every third point of the one to its nearest
-neighbour in the other (within 1 m), along that neighbour's normal; the median over the points, then over the pairs.)";
+neighbour in the other (within 1 m), along that neighbour's normal; the median over the points, then over the pairs.
+Beside it the mean map entropy and mean plane variance: how crisp surfaces are, lower is better; they compare maps of the
+same scans.)";
 
 nlohmann::json to_json(const Statistics& statistics) {
   return {{"count", statistics.count},
@@ -157,6 +160,11 @@ void evaluate_consistency(const Options& options) {
     Progress progress("residuals between scans");
     results = measure_consistency(*scans, trajectory.poses, groups, {}, std::ref(progress));
   }
+  MapEntropy entropy;
+  {
+    Progress progress("map entropy");
+    entropy = measure_map_entropy(*scans, trajectory.poses, {}, std::ref(progress));
+  }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   for (const std::string& warning : scans->warnings()) fmt::print(stderr, "alces: {}\n", warning);
 
@@ -167,6 +175,11 @@ void evaluate_consistency(const Options& options) {
         {"revisits_from", options.pairs.empty() ? "the trajectory's own poses" : options.pairs},
         {"revisits_found", thinned_from > 0 ? thinned_from : groups.back().pairs.size()},
         {"seconds", seconds},
+        {"map_entropy",
+         {{"points", entropy.points},
+          {"measured", entropy.measured},
+          {"mean_entropy", entropy.mean_entropy},
+          {"mean_plane_variance_m2", entropy.mean_plane_variance_m2}}},
         {"groups", nlohmann::json::array()}};
     for (const GroupConsistency& group : results) {
       nlohmann::json pairs = nlohmann::json::array();
@@ -195,6 +208,10 @@ void evaluate_consistency(const Options& options) {
       fmt::print(", {} of them without overlap (not in the figure)", group.without_overlap);
     fmt::print("\n");
   }
+  fmt::print(
+      "\n  mean map entropy {:.3f}, mean plane variance {:.2f} cm2 (of {} points of {}, radius {} m)\n",
+      entropy.mean_entropy, entropy.mean_plane_variance_m2 * 1e4, entropy.measured, entropy.points,
+      MapEntropySettings{}.radius_m);
   if (options.pairs.empty()) {
     fmt::print("\nRevisits are pairs within 3 m, at least 30 scans apart, at the poses given");
     if (thinned_from > 0) fmt::print(" (every {:.1f}th of {})", double(thinned_from) / 500, thinned_from);

@@ -8,6 +8,7 @@
 
 #include "alces_offline/error.h"
 #include "command.h"
+#include "processes.h"
 
 namespace alces::offline {
 namespace {
@@ -33,11 +34,12 @@ Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reache
 enum ExitStatus : int { done = 0, defect = 1, usage = 2, capacity = 4 };
 
 int complain(int status, const std::string& sentence) {
-  fmt::print(stderr, "alces: {}\n", sentence);
+  if (processes().rank() == 0) fmt::print(stderr, "alces: {}\n", sentence);
   return status;
 }
 
 int hint(const CLI::App& alces) {
+  if (processes().rank() > 0) return usage;
   const auto verbs = alces.get_subcommands();
   fmt::print(stderr, "Try 'alces {}--help'.\n", verbs.empty() ? "" : verbs.front()->get_name() + " ");
   return usage;
@@ -86,5 +88,8 @@ int run(int argc, char** argv) {
 }  // namespace alces::offline
 
 int main(int argc, char** argv) {
-  return alces::offline::run(argc, argv);
+  alces::offline::join_processes(&argc, &argv);
+  const int status = alces::offline::run(argc, argv);
+  alces::offline::leave_processes(status);
+  return status;
 }

@@ -81,8 +81,11 @@ void map_scans(const Options& options) {
   ScanSourceOptions source_options;
   if (!options.odometry.empty()) source_options.odometry = options.odometry;
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
-  map_and_write(scans, map_request, options.out, {ALCES_VERSION, command_line(), options.front_end, {}},
-                options.json);
+  nlohmann::json source = {{"paths", nlohmann::json::array()}};
+  for (const std::filesystem::path& path : options.scans)
+    source["paths"].push_back(std::filesystem::absolute(path).lexically_normal().string());
+  map_and_write(scans, map_request, options.out,
+                {ALCES_VERSION, command_line(), options.front_end, {}, source}, options.json);
 }
 
 }  // namespace

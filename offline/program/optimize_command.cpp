@@ -16,6 +16,7 @@
 #include "alces_offline/graph/map_graph.h"
 #include "alces_offline/stop_signal.h"
 #include "command.h"
+#include "lum_method.h"
 #include "map_and_write.h"
 
 namespace alces::offline {
@@ -29,6 +30,7 @@ struct Options {
   std::string with = "gn";
   GaussNewtonSettings gauss_newton;
   ElchSettings elch;
+  LumOptions lum;
   bool json = false;
 };
 
@@ -45,6 +47,8 @@ struct Outcome {
   nlohmann::json details = nlohmann::json::object();
   std::string sentence;
   bool was_stopped = false;
+  bool keeps_edges = true;        ///< chi-squared before and after are of the same edges
+  std::optional<LumOutcome> lum;  ///< of which something is left to write
 };
 
 /// "alces: TEXT" on one line of stderr if that is a terminal; the line goes away with the object.
@@ -130,6 +134,20 @@ Outcome run_elch(const Task& task) {
   return outcome;
 }
 
+Outcome run_lum_method(const Task& task) {
+  if (task.map == nullptr)
+    throw UsageError("--with lum matches scans and needs a map folder; a graph file has none");
+  LumOutcome lum = run_lum(*task.map, task.options.lum, task.options.out, task.stop);
+  Outcome outcome;
+  outcome.keeps_edges = false;
+  outcome.was_stopped = lum.was_stopped;
+  outcome.details = lum.details;
+  outcome.sentence = lum.sentence;
+  if (!lum.is_worker) task.graph = std::move(lum.graph);
+  outcome.lum = std::move(lum);
+  return outcome;
+}
+
 struct Method {
   const char* name;
   const char* what;
@@ -140,6 +158,7 @@ struct Method {
 constexpr std::array methods = {
     Method{"gn", "Gauss-Newton / Levenberg-Marquardt over all edges at once", run_gauss_newton},
     Method{"elch", "each loop edge closed in order with LOA", run_elch},
+    Method{"lum", "all scans of a map matched to each other at once", run_lum_method},
 };
 
 constexpr const char* footer = R"(Examples:
@@ -147,6 +166,8 @@ constexpr const char* footer = R"(Examples:
   alces optimize town --out town2                            a map folder in, a map folder out: points moved along
   alces optimize town --out town2 --robust dcs --json        wrong loops switched off, and named
   alces optimize intel.g2o --with elch --out closed.g2o      what the mapper would have made of these edges
+  alces optimize town --out town2 --with lum                 the scans matched again, all to all: the best map
+  mpirun -n 4 alces-mpi optimize town --out town2 --with lum the same, on several machines (docs/lum.md)
 
 INPUT is a graph file (g2o or TORO, 2D or 3D; docs/graphs.md) or a map folder, whose graph.g2o is taken. For a graph
 file OUT is one too when its name ends in .g2o or .graph (TORO); else it is a folder with graph.g2o and
@@ -155,6 +176,9 @@ trajectory.tum. Of a map folder a complete map folder comes out.
 --with gn     finds the optimum of chi-squared, as g2o counts it. --start says from where: file, odometry (along the
               chain), spanning-tree, chordal (orientations first), or best, the better of file and chordal.
 --with elch   starts from odometry and closes one loop after the other; not the optimum, but what the vehicle does.
+--with lum    global relaxation (docs/lum.md): scans near each other are linked and matched, all poses solved for at once,
+              again and again until nothing moves. Takes the scans from where 'alces map' found them, or --scans. Links
+              that pull against all others are named. Ctrl-C keeps the map so far, --resume goes on.
 
 --robust works on edges between vertices that do not follow each other: huber and cauchy weigh contradictions less,
 dcs (dynamic covariance scaling) switches wrong loops off. Ctrl-C keeps the best poses so far.)";
@@ -168,6 +192,12 @@ void optimize(const CLI::App& verb, const Options& options) {
     for (const char* option : {"--start", "--robust", "--kernel-width", "--iterations"}) {
       if (verb.count(option) > 0)
         throw UsageError(fmt::format("{} belongs to --with gn, {} has no use for it", option, options.with));
+    }
+  }
+  if (options.with != "lum") {
+    for (const std::string& option : lum_option_names()) {
+      if (verb.count(option.c_str()) > 0)
+        throw UsageError(fmt::format("{} belongs to --with lum, {} has no use for it", option, options.with));
     }
   }
   std::error_code ignored;
@@ -190,6 +220,7 @@ void optimize(const CLI::App& verb, const Options& options) {
     if (options.with == method.name)
       outcome = method.run({.graph = graph, .map = map ? &*map : nullptr, .options = options, .stop = stop});
   }
+  if (outcome.lum && outcome.lum->is_worker) return;  // rank 0 writes
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double after = chi_squared(graph);
 
@@ -205,6 +236,7 @@ void optimize(const CLI::App& verb, const Options& options) {
                            {"complete", !outcome.was_stopped},
                            {"seconds", seconds}};
   report.update(outcome.details);
+  if (!outcome.keeps_edges) report.erase("chi_squared_before");
   if (map) {
     write_map_graph(options.out, *map, graph, report);
   } else if (has_graph_name(options.out)) {
@@ -213,8 +245,12 @@ void optimize(const CLI::App& verb, const Options& options) {
   } else {
     write_graph_folder(options.out, graph);
   }
+  if (outcome.lum) finish_lum(*outcome.lum, *map, options.out);
   if (options.json) {
     fmt::print("{}\n", report.dump(2));
+  } else if (!outcome.keeps_edges) {
+    fmt::print("{}: {} scans in {:.2f} s, {}\n", options.out, graph.vertices.size(), seconds,
+               outcome.sentence);
   } else {
     fmt::print("{}: {} {}vertices, {} edges, chi-squared {:.6g} -> {:.6g} in {:.2f} s\n{}\n", options.out,
                graph.vertices.size(), graph.is_planar ? "planar " : "", graph.constraints.size(), before,
@@ -265,6 +301,7 @@ void add_optimize_command(CLI::App& alces) {
   verb->add_option("--iterations", options->gauss_newton.most_iterations, "gn's, at most")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
+  add_lum_options(*verb, options->lum);
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options, verb] { optimize(*verb, *options); });
 }

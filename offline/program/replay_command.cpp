@@ -79,9 +79,17 @@ void replay_drive(const Options& options) {
     if (options.archive.empty()) std::filesystem::remove(scratch, ignored);
   };
   PrefetchingScanSource scans(std::move(owned));
+  const auto absolute = [](const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal().string();
+  };
+  const nlohmann::json source = {{"paths", {absolute(options.drive)}},
+                                 {"replay",
+                                  {{"config", options.config.empty() ? "" : absolute(options.config)},
+                                   {"deskew", !options.no_deskew},
+                                   {"all_scans", options.all_scans}}}};
   try {
-    map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}}, options.json,
-                  [&drive] { return drive.report(); });
+    map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}, source},
+                  options.json, [&drive] { return drive.report(); });
   } catch (...) {
     remove_scratch();
     throw;

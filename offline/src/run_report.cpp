@@ -110,6 +110,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   Json json;
   json["program"] = {{"name", "alces"}, {"version", program.version}, {"command_line", program.command_line}};
   json["source"] = {{"description", run.source().description()}, {"scans", run.source().size()}};
+  json["source"].update(program.source);
   json["front_end"] = program.front_end;
   json["loop_optimizer"] = name(run.loop_back_end());
   json["settings"] = to_json(run.mapper().config());

@@ -17,6 +17,8 @@ struct ProgramFacts {
   std::vector<std::string> command_line;
   std::string front_end;  ///< "default" or "paper"
   nlohmann::json drive;   ///< of a replay: counters and notices of the devices; null otherwise
+  /// Joins run.json's "source": paths (where the scans lie, absolute), replay (how a drive was replayed).
+  nlohmann::json source = nlohmann::json::object();
 };
 
 /// Makes the folder and finds out whether files can be written into it, before long work is done for it;

@@ -17,10 +17,12 @@ using Index = SuiteSparse_long;
 }  // namespace
 
 struct BlockEquations::Impl {
-  explicit Impl(std::size_t pose_count) : diagonal(pose_count, Matrix6d::Zero()), right(pose_count, Vector6d::Zero()), held(pose_count, false) {
+  explicit Impl(std::size_t pose_count)
+      : diagonal(pose_count, Matrix6d::Zero()), right(pose_count, Vector6d::Zero()), held(pose_count, false) {
     cholmod_l_start(&common);
     common.print = 0;
-    common.supernodal = CHOLMOD_SIMPLICIAL;  // as fast on the long chains of a drive, and its factor can be read
+    common.supernodal =
+        CHOLMOD_SIMPLICIAL;  // as fast on the long chains of a drive, and its factor can be read
     common.final_ll = 1;
   }
   ~Impl() {

@@ -24,7 +24,8 @@ std::uint64_t checksum(const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
-void write_checkpoint(const std::filesystem::path& file, const LumState& state, const std::string& fingerprint) {
+void write_checkpoint(const std::filesystem::path& file, const LumState& state,
+                      const std::string& fingerprint) {
   Json json = {{"settings", fingerprint},
                {"iterations", state.iterations},
                {"distance_limit_m", state.distance_limit_m},
@@ -46,12 +47,14 @@ void write_checkpoint(const std::filesystem::path& file, const LumState& state, 
   output.commit();
 }
 
-LumState read_checkpoint(const std::filesystem::path& file, std::size_t poses, const std::string& fingerprint) {
+LumState read_checkpoint(const std::filesystem::path& file, std::size_t poses,
+                         const std::string& fingerprint) {
   std::string bytes;
   read_file(file, bytes);
   const std::size_t line = bytes.find('\n');
-  const std::vector<std::uint8_t> body(bytes.begin() + static_cast<std::ptrdiff_t>(line == std::string::npos ? bytes.size() : line + 1),
-                                       bytes.end());
+  const std::vector<std::uint8_t> body(
+      bytes.begin() + static_cast<std::ptrdiff_t>(line == std::string::npos ? bytes.size() : line + 1),
+      bytes.end());
   if (line == std::string::npos || bytes.substr(0, line) != fmt::format("{} {:016x}", magic, checksum(body)))
     throw InputError(file, "is damaged, or no checkpoint of this version; start again without --resume");
   LumState state;
@@ -61,15 +64,18 @@ LumState read_checkpoint(const std::filesystem::path& file, std::size_t poses, c
       throw InputError(file, "was made with other settings; give the same, or start again without --resume");
     const auto numbers = json.at("poses").get<std::vector<double>>();
     if (numbers.size() != 7 * poses)
-      throw InputError(file, fmt::format("holds {} poses, the map {}; it is of another map, start again without "
-                                         "--resume",
-                                         numbers.size() / 7, poses));
+      throw InputError(file,
+                       fmt::format("holds {} poses, the map {}; it is of another map, start again without "
+                                   "--resume",
+                                   numbers.size() / 7, poses));
     for (std::size_t i = 0; i < poses; ++i) {
       Pose pose;
-      for (std::size_t n = 0; n < 3; ++n) pose.translation_m[static_cast<Eigen::Index>(n)] = numbers[7 * i + n];
+      for (std::size_t n = 0; n < 3; ++n)
+        pose.translation_m[static_cast<Eigen::Index>(n)] = numbers[7 * i + n];
       for (std::size_t n = 0; n < 4; ++n)
         pose.rotation.coeffs()[static_cast<Eigen::Index>(n)] = numbers[7 * i + 3 + n];
-      if (!is_valid(pose)) throw InputError(file, fmt::format("pose {} is none; start again without --resume", i));
+      if (!is_valid(pose))
+        throw InputError(file, fmt::format("pose {} is none; start again without --resume", i));
       state.map_from_scan.push_back(pose);
     }
     const auto links = json.at("links").get<std::vector<std::uint32_t>>();

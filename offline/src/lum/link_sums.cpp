@@ -70,8 +70,7 @@ void sum_one_way(const End& asking, const End& asked, const Pose& asked_from_ask
     const Eigen::Vector3f body_point = vector(asking.scan.tree().point(sample.index));
     const Eigen::Vector3f query = rotation * body_point + translation_m;
     ++summation.sums.queries;
-    const Neighbor nearest =
-        asked.scan.tree().nearest({query.x(), query.y(), query.z()}, limit_m2, hint);
+    const Neighbor nearest = asked.scan.tree().nearest({query.x(), query.y(), query.z()}, limit_m2, hint);
     if (nearest.index == Neighbor::none) continue;
     hint = nearest.index;
     ++summation.sums.correspondences;

@@ -9,7 +9,8 @@ namespace {
 
 // Cells of the grid as one number; two cells that share one only cost a look at a distance too many.
 std::uint64_t cell(std::int64_t x, std::int64_t y, std::int64_t z) {
-  return static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FU +
+  return static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15U +
+         static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FU +
          static_cast<std::uint64_t>(z) * 0x165667B19E3779F9U;
 }
 

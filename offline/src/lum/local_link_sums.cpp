@@ -13,15 +13,16 @@ namespace alces::offline {
 std::vector<std::vector<std::size_t>> batch_links(std::span<const ScanLink> links, std::size_t capacity) {
   const std::size_t group = std::max<std::size_t>(1, capacity / 2);
   std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> batches;
-  for (std::size_t i = 0; i < links.size(); ++i) batches[{links[i].j / group, links[i].k / group}].push_back(i);
+  for (std::size_t i = 0; i < links.size(); ++i)
+    batches[{links[i].j / group, links[i].k / group}].push_back(i);
   std::vector<std::vector<std::size_t>> in_order;
   in_order.reserve(batches.size());
   for (auto& [groups, members] : batches) in_order.push_back(std::move(members));
   return in_order;
 }
 
-void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> map_from_scan, const LinkPass& pass,
-                        std::span<LinkSums> sums, const Progress& progress) {
+void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> map_from_scan,
+                        const LinkPass& pass, std::span<LinkSums> sums, const Progress& progress) {
   std::vector<std::vector<std::size_t>> batches;
   if (cache_.size() <= cache_.capacity()) {
     batches.emplace_back(links.size());
@@ -29,7 +30,8 @@ void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> m
   } else {
     batches = batch_links(links, cache_.capacity());
   }
-  tbb::task_arena arena(settings_.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(settings_.threads));
+  tbb::task_arena arena(settings_.threads == 0 ? tbb::task_arena::automatic
+                                               : static_cast<int>(settings_.threads));
   std::mutex reporting;
   std::size_t done = 0;
   arena.execute([&] {
@@ -46,8 +48,8 @@ void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> m
       tbb::parallel_for(std::size_t{0}, batch.size(), [&](std::size_t at) {
         const std::size_t i = batch[at];
         const ScanLink& link = links[i];
-        sums[i] = sum_link(cache_.at(link.j), map_from_scan[link.j], cache_.at(link.k), map_from_scan[link.k], pass,
-                           settings_);
+        sums[i] = sum_link(cache_.at(link.j), map_from_scan[link.j], cache_.at(link.k), map_from_scan[link.k],
+                           pass, settings_);
         if (!progress) return;
         const std::lock_guard lock(reporting);
         progress(++done, links.size());

@@ -16,15 +16,16 @@
 namespace alces::offline {
 namespace {
 
-// How long until the change is small enough, if it goes on shrinking as in the last two iterations.
+// How long until linked scans are at rest, if their change goes on shrinking as in the last two iterations.
 std::optional<double> left_s(const std::vector<LumIteration>& history, const std::vector<double>& seconds,
                              const LumSettings& settings, std::uint32_t iterations) {
   if (history.size() < 3 || !history[history.size() - 3].is_fine) return std::nullopt;
-  const double now = history.back().mean_change_m;
-  const double ratio = std::sqrt(now / history[history.size() - 3].mean_change_m);
-  const auto most = static_cast<double>(settings.maximum_iterations - std::min(settings.maximum_iterations, iterations));
-  const double wanted = ratio < 1 && settings.mean_change_m > 0 && now > 0
-                            ? std::ceil(std::log(settings.mean_change_m / now) / std::log(ratio))
+  const double now = history.back().link_change_m;
+  const double ratio = std::sqrt(now / history[history.size() - 3].link_change_m);
+  const auto most =
+      static_cast<double>(settings.maximum_iterations - std::min(settings.maximum_iterations, iterations));
+  const double wanted = ratio < 1 && settings.link_change_m > 0 && now > 0
+                            ? std::ceil(std::log(settings.link_change_m / now) / std::log(ratio))
                             : most;
   return std::clamp(wanted, 0.0, most) * seconds.back();
 }
@@ -51,11 +52,12 @@ LumResult relax(const Trajectory& trajectory, const LumRequest& request, const L
       write_checkpoint(*request.checkpoint, relaxation.state(), settings);
     }
     if (callbacks.iterated)
-      callbacks.iterated(result.history.back(),
-                         left_s(result.history, result.seconds, request.settings, relaxation.state().iterations));
+      callbacks.iterated(result.history.back(), left_s(result.history, result.seconds, request.settings,
+                                                       relaxation.state().iterations));
   }
   result.was_stopped = !relaxation.is_done();
-  if (relaxation.outcomes().empty() && trajectory.size() > 1 && !result.was_stopped) relaxation.look(in_iteration);
+  if (relaxation.outcomes().empty() && trajectory.size() > 1 && !result.was_stopped)
+    relaxation.look(in_iteration);
   if (request.settings.covariances && !result.was_stopped) result.covariances = relaxation.covariances();
   result.is_converged = relaxation.state().is_converged;
   result.iterations = relaxation.state().iterations;
@@ -88,11 +90,13 @@ std::vector<std::size_t> scans_of_trajectory(const Trajectory& trajectory, const
       if (const auto stamp_s = scans.stamp_s(i)) by_time.emplace_back(*stamp_s, i);
     std::sort(by_time.begin(), by_time.end());
     for (const double stamp_s : trajectory.stamps_s) {
-      const auto found = std::lower_bound(by_time.begin(), by_time.end(), std::pair(stamp_s - same_time_s, std::size_t{0}));
+      const auto found =
+          std::lower_bound(by_time.begin(), by_time.end(), std::pair(stamp_s - same_time_s, std::size_t{0}));
       if (found == by_time.end() || found->first > stamp_s + same_time_s)
-        throw InputError(fmt::format("the map's pose at {:.6f} s has no scan of that time in {}; give the scans that the "
-                                     "map was made of",
-                                     stamp_s, scans.description()));
+        throw InputError(
+            fmt::format("the map's pose at {:.6f} s has no scan of that time in {}; give the scans that the "
+                        "map was made of",
+                        stamp_s, scans.description()));
       indices.push_back(found->second);
     }
     return indices;
@@ -102,8 +106,9 @@ std::vector<std::size_t> scans_of_trajectory(const Trajectory& trajectory, const
   for (const double stamp : trajectory.stamps_s) {
     const auto found = by_number.find(static_cast<std::size_t>(std::max(0.0, stamp)));
     if (found == by_number.end())
-      throw InputError(fmt::format("the map's scan {} is missing ({}); give the scans that the map was made of", stamp,
-                                   scans.description()));
+      throw InputError(
+          fmt::format("the map's scan {} is missing ({}); give the scans that the map was made of", stamp,
+                      scans.description()));
     indices.push_back(found->second);
   }
   return indices;
@@ -117,13 +122,15 @@ std::vector<std::filesystem::path> source_of_map(const std::filesystem::path& ma
     for (const nlohmann::json& path : run_report[place])
       if (path.is_string()) paths.emplace_back(path.get<std::string>());
   if (paths.empty())
-    throw InputError(map_folder / "run.json", "does not say where the scans lie; name them with --scans SCANS");
+    throw InputError(map_folder / "run.json",
+                     "does not say where the scans lie; name them with --scans SCANS");
   for (const std::filesystem::path& path : paths) {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored))
-      throw InputError(map_folder / "run.json",
-                       fmt::format("says that the scans lie in {}, where nothing is; name them with --scans SCANS",
-                                   path.string()));
+      throw InputError(
+          map_folder / "run.json",
+          fmt::format("says that the scans lie in {}, where nothing is; name them with --scans SCANS",
+                      path.string()));
   }
   return paths;
 }
@@ -184,7 +191,8 @@ void refuse_to_help(ProcessGroup& group, const std::string& problem) {
   group.broadcast(release);
 }
 
-nlohmann::json lum_report(const LumResult& result, const LumSettings& settings, const Trajectory& trajectory) {
+nlohmann::json lum_report(const LumResult& result, const LumSettings& settings,
+                          const Trajectory& trajectory) {
   nlohmann::json distrusted = nlohmann::json::array();
   nlohmann::json bridges = nlohmann::json::array();
   std::size_t usable = 0;
@@ -209,6 +217,7 @@ nlohmann::json lum_report(const LumResult& result, const LumSettings& settings, 
                           {"mean_change_m", iteration.mean_change_m},
                           {"most_change_m", iteration.most_change_m},
                           {"mean_change_rad", iteration.mean_change_rad},
+                          {"link_change_m", iteration.link_change_m},
                           {"seconds", result.seconds[i]}});
   }
   return {{"metric", settings.metric == LumMetric::point ? "point" : "plane"},

@@ -37,25 +37,30 @@ Vector6d change_to(const Pose& map_from_body, const Pose& target) {
 
 class Parts {
  public:
-  explicit Parts(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
+  explicit Parts(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
   std::size_t part_of(std::size_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  void join(std::size_t a, std::size_t b) { parent_[std::max(part_of(a), part_of(b))] = std::min(part_of(a), part_of(b)); }
+  void join(std::size_t a, std::size_t b) {
+    parent_[std::max(part_of(a), part_of(b))] = std::min(part_of(a), part_of(b));
+  }
 
  private:
   std::vector<std::size_t> parent_;
 };
 
-void fill(BlockEquations& equations, const std::vector<LinkOutcome>& outcomes, std::span<const Pose> map_from_scan) {
+void fill(BlockEquations& equations, const std::vector<LinkOutcome>& outcomes,
+          std::span<const Pose> map_from_scan) {
   for (const LinkOutcome& outcome : outcomes) {
     if (!outcome.is_usable) continue;
     const auto [j, k] = outcome.link;
     const Eigen::Vector3d middle = middle_of(map_from_scan[j], map_from_scan[k]);
-    equations.add_link(j, middle_from_change(map_from_scan[j], middle), k,
-                       middle_from_change(map_from_scan[k], middle), outcome.weight * outcome.estimate.information,
-                       outcome.weight * outcome.estimate.right_side);
+    equations.add_link(
+        j, middle_from_change(map_from_scan[j], middle), k, middle_from_change(map_from_scan[k], middle),
+        outcome.weight * outcome.estimate.information, outcome.weight * outcome.estimate.right_side);
   }
 }
 
@@ -68,7 +73,8 @@ Relaxation::Relaxation(std::vector<Pose> map_from_scan, const LumSettings& setti
 }
 
 bool Relaxation::is_done() const {
-  return state_.is_converged || state_.iterations >= settings_.maximum_iterations || state_.map_from_scan.size() < 2;
+  return state_.is_converged || state_.iterations >= settings_.maximum_iterations ||
+         state_.map_from_scan.size() < 2;
 }
 
 LumIteration Relaxation::assess(const LinkSumSource::Progress& progress) {
@@ -136,8 +142,8 @@ LumIteration Relaxation::assess(const LinkSumSource::Progress& progress) {
 }
 
 bool Relaxation::solve(std::vector<Vector6d>& changes) const {
-  // The weakest of holds for what correspondences leave open (a corridor's length): first next to nothing, then
-  // enough for rounding.
+  // The weakest of holds for what correspondences leave open (a corridor's length): first next to nothing,
+  // then enough for rounding.
   for (const double deviation_m : {100.0, 1.0}) {
     BlockEquations equations(state_.map_from_scan.size());
     equations.hold(0);
@@ -153,6 +159,14 @@ LumIteration Relaxation::iterate(const LinkSumSource::Progress& progress) {
   LumIteration iteration = assess(progress);
   std::vector<Vector6d> changes;
   if (!solve(changes)) changes.assign(state_.map_from_scan.size(), Vector6d::Zero());
+  for (const LinkOutcome& outcome : outcomes_) {
+    if (!outcome.is_usable || outcome.is_bridge) continue;
+    const auto [j, k] = outcome.link;
+    const Eigen::Vector3d middle = middle_of(outcome_poses_[j], outcome_poses_[k]);
+    const Vector6d apart = middle_from_change(outcome_poses_[j], middle) * changes[j] -
+                           middle_from_change(outcome_poses_[k], middle) * changes[k];
+    iteration.link_change_m += apart.head<3>().norm() / static_cast<double>(iteration.usable);
+  }
   const auto count = static_cast<double>(changes.size());
   for (std::size_t i = 0; i < changes.size(); ++i) {
     state_.map_from_scan[i] = moved(state_.map_from_scan[i], changes[i]);
@@ -162,7 +176,8 @@ LumIteration Relaxation::iterate(const LinkSumSource::Progress& progress) {
     iteration.mean_change_rad += changes[i].tail<3>().norm() / count;
   }
   ++state_.iterations;
-  state_.is_converged = iteration.is_fine && iteration.mean_change_m < settings_.mean_change_m;
+  state_.is_converged = iteration.is_fine && (iteration.mean_change_m < settings_.mean_change_m ||
+                                              iteration.link_change_m < settings_.link_change_m);
   if (!iteration.is_fine) {
     state_.links.clear();  // found anew at the new poses
     state_.distance_limit_m =

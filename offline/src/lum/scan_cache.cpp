@@ -1,32 +1,20 @@
 #include "alces_offline/lum/scan_cache.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <optional>
 
+#include "../scratch_file.h"
 #include "alces_offline/error.h"
 
 namespace alces::offline {
 
-// Records of prepared scans in a file that nobody else can see.
+// Records of prepared scans.
 class ScanCache::Scratch {
  public:
-  Scratch(const std::filesystem::path& folder, std::size_t scans) : folder_(folder), records_(scans) {
-    std::string name = (folder / ".alces_lum_XXXXXX").string();
-    descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
-    if (descriptor_ < 0) fail("no scratch file for scans can be made");
-    ::unlink(name.c_str());
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  ~Scratch() { ::close(descriptor_); }
+  Scratch(const std::filesystem::path& folder, std::size_t scans) : file_(folder), records_(scans) {}
 
   [[nodiscard]] bool has(std::uint32_t scan) const { return records_[scan].has_value(); }
 
@@ -37,26 +25,14 @@ class ScanCache::Scratch {
       begin = end_;
       end_ += bytes.size();
     }
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t wrote = ::pwrite(descriptor_, bytes.data() + done, bytes.size() - done,
-                                     static_cast<off_t>(begin + done));
-      if (wrote < 0 && errno == EINTR) continue;
-      if (wrote <= 0) fail("the scratch file for scans cannot be written");
-      done += static_cast<std::size_t>(wrote);
-    }
+    file_.write(begin, bytes.data(), bytes.size());
     records_[scan] = Record{begin, bytes.size()};
   }
 
   void read(std::uint32_t scan, std::string& bytes) const {
     const Record& record = *records_[scan];
     bytes.resize(record.size);
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t got = ::pread(descriptor_, bytes.data() + done, bytes.size() - done,
-                                  static_cast<off_t>(record.begin + done));
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) fail("the scratch file for scans cannot be read back");
-      done += static_cast<std::size_t>(got);
-    }
+    file_.read(record.begin, bytes.data(), bytes.size());
   }
 
  private:
@@ -64,14 +40,9 @@ class ScanCache::Scratch {
     std::uint64_t begin = 0;
     std::size_t size = 0;
   };
-  [[noreturn]] void fail(const char* what) const {
-    throw OutputError(folder_, fmt::format("{} ({}); make room there, or let more scans be loaded at once", what,
-                                           std::strerror(errno)));
-  }
 
-  std::filesystem::path folder_;
+  ScratchFile file_;
   std::vector<std::optional<Record>> records_;
-  int descriptor_ = -1;
   std::mutex mutex_;
   std::uint64_t end_ = 0;
 };
@@ -105,9 +76,10 @@ std::unique_ptr<PreparedScan> ScanCache::fetch(std::uint32_t scan) {
   {
     const std::lock_guard lock(reading_);
     if (!source_.read(source_index_[scan], points))
-      throw InputError(fmt::format("{} ({}) is missing: the source ends before it; give the scans that the map was "
-                                   "made of",
-                                   source_.name(source_index_[scan]), source_.description()));
+      throw InputError(
+          fmt::format("{} ({}) is missing: the source ends before it; give the scans that the map was "
+                      "made of",
+                      source_.name(source_index_[scan]), source_.description()));
   }
   std::unique_ptr<ScanPreparation> preparation;
   {
@@ -138,7 +110,8 @@ void ScanCache::load(std::span<const std::uint32_t> scans) {
     if (!loaded_[scan]) missing.push_back(scan);
   }
   if (missing.empty()) return;
-  const std::size_t room = settings_.loaded_scans - std::min<std::size_t>(settings_.loaded_scans, loaded_count_);
+  const std::size_t room =
+      settings_.loaded_scans - std::min<std::size_t>(settings_.loaded_scans, loaded_count_);
   if (missing.size() > room) {
     std::vector<std::uint32_t> leaving;
     for (std::uint32_t scan = 0; scan < loaded_.size(); ++scan)
@@ -152,7 +125,8 @@ void ScanCache::load(std::span<const std::uint32_t> scans) {
       --loaded_count_;
     }
   }
-  tbb::parallel_for(std::size_t{0}, missing.size(), [&](std::size_t i) { loaded_[missing[i]] = fetch(missing[i]); });
+  tbb::parallel_for(std::size_t{0}, missing.size(),
+                    [&](std::size_t i) { loaded_[missing[i]] = fetch(missing[i]); });
   loaded_count_ += missing.size();
   for (const std::uint32_t scan : missing) loaded_bytes_ += loaded_[scan]->bytes();
   counters_.most_loaded = std::max(counters_.most_loaded, loaded_count_);

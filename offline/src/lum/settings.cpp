@@ -30,6 +30,7 @@ void check(const LumSettings& settings) {
     throw UsageError(fmt::format("the factor of the distance limit is {}; it must lie between 0 and 1",
                                  in_float(settings.limit_factor)));
   at_least("the mean change to stop at (m)", settings.mean_change_m, 0);
+  at_least("the change between linked scans to stop at (m)", settings.link_change_m, 0);
   at_least("the number of loaded scans", static_cast<double>(settings.loaded_scans), 2);
 }
 
@@ -43,13 +44,13 @@ LumSettings paper_lum() {
 }
 
 std::string fingerprint(const LumSettings& s) {
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", static_cast<int>(s.metric),
-                     s.voxel.cell_size_m, static_cast<int>(s.voxel.representative), s.voxel.cell_capacity,
-                     s.voxel.minimum_range_m, s.voxel.maximum_range_m, s.samples, s.neighbors, s.neighbor_radius_m,
-                     s.link_distance_m, s.links_a_scan, s.minimum_correspondences, s.minimum_overlap,
-                     s.first_distance_limit_m, s.last_distance_limit_m, s.limit_factor, s.coarse_stride,
-                     s.robust_share, s.rough_weight, s.variance_floor_m, s.switches_links, s.switch_factor,
-                     s.switch_least_m);
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
+                     static_cast<int>(s.metric), s.voxel.cell_size_m,
+                     static_cast<int>(s.voxel.representative), s.voxel.cell_capacity, s.voxel.minimum_range_m,
+                     s.voxel.maximum_range_m, s.samples, s.neighbors, s.neighbor_radius_m, s.link_distance_m,
+                     s.links_a_scan, s.minimum_correspondences, s.minimum_overlap, s.first_distance_limit_m,
+                     s.last_distance_limit_m, s.limit_factor, s.coarse_stride, s.robust_share, s.rough_weight,
+                     s.variance_floor_m, s.switches_links, s.switch_factor, s.switch_least_m);
 }
 
 }  // namespace alces::offline

@@ -31,7 +31,8 @@ T take(const std::string& bytes, std::size_t& at) {
   return value;
 }
 
-std::string to_bytes(std::span<const ScanLink> links, std::span<const Pose> map_from_scan, const LinkPass& pass) {
+std::string to_bytes(std::span<const ScanLink> links, std::span<const Pose> map_from_scan,
+                     const LinkPass& pass) {
   std::string bytes;
   put(bytes, pass);
   put(bytes, links.size());
@@ -66,7 +67,6 @@ std::pair<std::size_t, std::size_t> stretch(std::size_t links, std::size_t rank,
 constexpr char sums_follow = 's';
 constexpr char problem_follows = 'p';
 
-
 // This rank's answer: its sums, or what went wrong.
 std::string answer(ProcessGroup& group, LinkSumSource& own, std::span<const ScanLink> links,
                    std::span<const Pose> map_from_scan, const LinkPass& pass,
@@ -99,15 +99,16 @@ SharedLinkSums::~SharedLinkSums() {
   group_.broadcast(release);
 }
 
-void SharedLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> map_from_scan, const LinkPass& pass,
-                         std::span<LinkSums> sums, const Progress& progress) {
+void SharedLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> map_from_scan,
+                         const LinkPass& pass, std::span<LinkSums> sums, const Progress& progress) {
   std::string request = to_bytes(links, map_from_scan, pass);
   group_.broadcast(request);
   const std::size_t ranks = group_.size();
   const Progress all = [&](std::size_t done, std::size_t) {  // the others are about as far
     if (progress) progress(std::min(links.size(), done * ranks), links.size());
   };
-  const std::vector<std::string> answers = group_.gather(answer(group_, own_, links, map_from_scan, pass, all));
+  const std::vector<std::string> answers =
+      group_.gather(answer(group_, own_, links, map_from_scan, pass, all));
   for (std::size_t rank = 0; rank < ranks; ++rank) {
     const std::string& bytes = answers[rank];
     std::size_t at = 1;
@@ -117,9 +118,10 @@ void SharedLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> 
     }
     const auto [first, last] = stretch(links.size(), rank, ranks);
     if (bytes.size() != 1 + (last - first) * sizeof(LinkSums))
-      throw Error("a process of the group answered with something else than its sums; run the same build on all "
-                  "machines",
-                  1);
+      throw Error(
+          "a process of the group answered with something else than its sums; run the same build on all "
+          "machines",
+          1);
     if (last > first) std::memcpy(&sums[first], bytes.data() + 1, (last - first) * sizeof(LinkSums));
   }
 }

@@ -25,16 +25,17 @@ class BlockEquations {
   void hold(std::size_t pose);
 
   /// Adds (Y - E)^T information (Y - E) with Y = h_j X_j - h_k X_k; right_side = information E.
-  void add_link(std::size_t j, const Matrix6d& h_j, std::size_t k, const Matrix6d& h_k, const Matrix6d& information,
-                const Vector6d& right_side);
+  void add_link(std::size_t j, const Matrix6d& h_j, std::size_t k, const Matrix6d& h_k,
+                const Matrix6d& information, const Vector6d& right_side);
   /// Adds X^T information X: holds a pose softly.
   void add_prior(std::size_t pose, const Matrix6d& information);
 
   /// X of every pose. False: the system is not positive definite; something is not determined.
   [[nodiscard]] bool solve(std::vector<Vector6d>& changes);
 
-  /// The diagonal blocks of B^-1, zero for held poses; after solve(). Only the entries of the inverse that the
-  /// factor has are computed (Takahashi, Fagan and Chin 1973; Erisman and Tinney 1975): as costly as factorising.
+  /// The diagonal blocks of B^-1, zero for held poses; after solve(). Only the entries of the inverse that
+  /// the factor has are computed (Takahashi, Fagan and Chin 1973; Erisman and Tinney 1975): as costly as
+  /// factorising.
   [[nodiscard]] std::vector<Matrix6d> covariances();
 
   /// Entries of the factor.

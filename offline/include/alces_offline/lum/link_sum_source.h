@@ -25,8 +25,8 @@ class LinkSumSource {
 };
 
 /// On this machine's cores. Each link is summed by one thread in a fixed order, so the number of threads does
-/// not show. Where the cache does not hold all scans, they are taken in groups of half its size, and the links
-/// between two groups at a time: each group is loaded once for every group that it has links with.
+/// not show. Where the cache does not hold all scans, they are taken in groups of half its size, and the
+/// links between two groups at a time: each group is loaded once for every group that it has links with.
 class LocalLinkSums final : public LinkSumSource {
  public:
   LocalLinkSums(ScanCache& cache, const LumSettings& settings) : cache_(cache), settings_(settings) {}

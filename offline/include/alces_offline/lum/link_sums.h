@@ -37,7 +37,7 @@ struct LinkSums {
   double mtm[21] = {};  ///< upper triangle, row by row
   double mtz[6] = {};
   double ztz_m2 = 0;
-  double weight = 0;             ///< sum of the weights of the residuals
+  double weight = 0;  ///< sum of the weights of the residuals
   std::uint32_t queries = 0;
   std::uint32_t correspondences = 0;
 
@@ -47,8 +47,9 @@ struct LinkSums {
 };
 
 /// The sums of one link at the poses given.
-[[nodiscard]] LinkSums sum_link(const PreparedScan& scan_j, const Pose& map_from_j, const PreparedScan& scan_k,
-                                const Pose& map_from_k, const LinkPass& pass, const LumSettings& settings);
+[[nodiscard]] LinkSums sum_link(const PreparedScan& scan_j, const Pose& map_from_j,
+                                const PreparedScan& scan_k, const Pose& map_from_k, const LinkPass& pass,
+                                const LumSettings& settings);
 
 /// r: halfway between the two scanners, in the map.
 [[nodiscard]] Eigen::Vector3d middle_of(const Pose& map_from_j, const Pose& map_from_k);
@@ -58,14 +59,15 @@ struct LinkSums {
 
 /// What a link asks for, from its sums.
 struct LinkEstimate {
-  bool is_usable = false;                    ///< enough correspondences and overlap
-  Vector6d offset = Vector6d::Zero();        ///< E: of j against k, at the middle
-  double variance_m2 = 0;                    ///< s^2
-  Matrix6d information = Matrix6d::Zero();   ///< C^-1 = M^T M / s^2
-  Vector6d right_side = Vector6d::Zero();    ///< C^-1 E
+  bool is_usable = false;                   ///< enough correspondences and overlap
+  Vector6d offset = Vector6d::Zero();       ///< E: of j against k, at the middle
+  double variance_m2 = 0;                   ///< s^2
+  Matrix6d information = Matrix6d::Zero();  ///< C^-1 = M^T M / s^2
+  Vector6d right_side = Vector6d::Zero();   ///< C^-1 E
   double pull_m = 0;  ///< rms over the correspondences of what E would move them by: 0 once all is at peace
   double rms_m = 0;
 };
-[[nodiscard]] LinkEstimate estimate_link(const LinkSums& sums, const LumSettings& settings, std::uint32_t stride);
+[[nodiscard]] LinkEstimate estimate_link(const LinkSums& sums, const LumSettings& settings,
+                                         std::uint32_t stride);
 
 }  // namespace alces::offline

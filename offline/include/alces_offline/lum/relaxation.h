@@ -1,14 +1,14 @@
 // Global relaxation of all poses: LUM (Appendix A.2 of the paper; Lu and Milios 1997; Borrmann et al. 2008).
 //
 // An iteration: links between scans that are near, correspondences of each at the poses as they are, normal
-// equations B X = A of all poses, poses moved by X, the distance limit of correspondences shrunk. Scan 0 stays.
-// Once the limit is at its last value the links stay the same too, and the relaxation ends when poses change by
-// less than mean_change_m in the mean.
+// equations B X = A of all poses, poses moved by X, the distance limit of correspondences shrunk. Scan 0
+// stays. Once the limit is at its last value the links stay the same too, and the relaxation ends when poses
+// change by less than mean_change_m in the mean.
 //
 // What goes beyond the paper, each a setting: residuals along normals; residuals far above the others count
-// little; a link that pulls against all others is given little weight, and named. Scans that no correspondences
-// bind to the scans before them keep the relative pose that the map had ("bridges"), so that a drive that falls
-// in two stays one map.
+// little; a link that pulls against all others is given little weight, and named. Scans that no
+// correspondences bind to the scans before them keep the relative pose that the map had ("bridges"), so that
+// a drive that falls in two stays one map.
 //
 // The same sums in, the same poses out, bit for bit: everything but the sums runs on one thread.
 #pragma once
@@ -46,6 +46,7 @@ struct LumIteration {
   double mean_change_m = 0;
   double most_change_m = 0;
   double mean_change_rad = 0;
+  double link_change_m = 0;  ///< mean over the usable links: of the one scan against the other, at the middle
 };
 
 /// What became of a link in the last iteration.
@@ -78,8 +79,8 @@ class Relaxation {
   /// Sums once more at the poses as they are, moves nothing: for outcomes() after a resume.
   void look(const LinkSumSource::Progress& progress = {});
 
-  /// C_X of each pose from the last equations: of (translation in map axes, rotation vector in map axes about the
-  /// scan's place), m and rad, zero for scan 0. Correspondences count as independent, as in the paper.
+  /// C_X of each pose from the last equations: of (translation in map axes, rotation vector in map axes about
+  /// the scan's place), m and rad, zero for scan 0. Correspondences count as independent, as in the paper.
   [[nodiscard]] std::vector<Matrix6d> covariances() const;
 
   /// The links as measurements with their information, for other optimisers: what each link alone asks for.

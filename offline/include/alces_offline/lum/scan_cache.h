@@ -1,8 +1,8 @@
 // Prepared scans, a bounded number of them in memory.
 //
-// A scan is read and prepared when it is first asked for. Where not all fit, prepared scans also go to a scratch
-// file, so that later rounds bring them back instead of parsing and thinning them out again. The file has no name
-// and goes away with the object, whatever ends the program.
+// A scan is read and prepared when it is first asked for. Where not all fit, prepared scans also go to a
+// scratch file, so that later rounds bring them back instead of parsing and thinning them out again. The file
+// has no name and goes away with the object, whatever ends the program.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ class ScanCache {
     std::size_t empty = 0;  ///< scans without a usable point
   };
 
-  /// Scan i of the map is scan source_index[i] of `source`; both outlive the cache. `scratch_folder` is used when
-  /// there are more scans than loaded_scans.
+  /// Scan i of the map is scan source_index[i] of `source`; both outlive the cache. `scratch_folder` is used
+  /// when there are more scans than loaded_scans.
   ScanCache(ScanSource& source, std::vector<std::size_t> source_index, const LumSettings& settings,
             std::filesystem::path scratch_folder);
   ~ScanCache();
@@ -38,9 +38,9 @@ class ScanCache {
   [[nodiscard]] std::size_t size() const { return source_index_.size(); }
   [[nodiscard]] std::size_t capacity() const { return settings_.loaded_scans; }
 
-  /// Loads these scans (ascending, no more than capacity()), on all cores of the caller's task arena; others make
-  /// room, those used longest ago first. InputError naming a scan that cannot be read; OutputError for the scratch
-  /// file. Not to be called while scans are in use.
+  /// Loads these scans (ascending, no more than capacity()), on all cores of the caller's task arena; others
+  /// make room, those used longest ago first. InputError naming a scan that cannot be read; OutputError for
+  /// the scratch file. Not to be called while scans are in use.
   void load(std::span<const std::uint32_t> scans);
 
   /// A scan that the last load() asked for.

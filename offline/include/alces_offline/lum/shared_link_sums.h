@@ -1,10 +1,10 @@
 // The links' sums shared out over a group of processes, each with its own scans and cores.
 //
-// Rank 0 sends poses and links, every rank sums an equal stretch of the links, rank 0 puts the stretches together
-// in the order of the links. A link's sums do not depend on who computes them, so the poses are those of one
-// process bit for bit (same build, same processor). Scans are read where they lie: every rank opens the source
-// itself and loads what its stretch needs. A rank that fails (a scan that cannot be read) says so instead of its
-// sums; rank 0 throws that.
+// Rank 0 sends poses and links, every rank sums an equal stretch of the links, rank 0 puts the stretches
+// together in the order of the links. A link's sums do not depend on who computes them, so the poses are
+// those of one process bit for bit (same build, same processor). Scans are read where they lie: every rank
+// opens the source itself and loads what its stretch needs. A rank that fails (a scan that cannot be read)
+// says so instead of its sums; rank 0 throws that.
 #pragma once
 
 #include "alces_offline/lum/link_sum_source.h"
