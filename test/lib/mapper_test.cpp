@@ -102,13 +102,32 @@ const Drive& round_the_block() {
   return made;
 }
 
+/// Writes down what it is asked, and lifts the whole map but its origin, or says that it cannot.
+class Lift final : public LoopRelaxation {
+ public:
+  explicit Lift(bool can) : can_(can) {}
+  bool relax(const PoseGraph& graph, std::span<Pose> map_from_body) override {
+    ++asked;
+    asked_for = graph.edges().back();
+    if (!can_) return false;
+    for (Pose& pose : map_from_body.subspan(1)) pose.translation_m.z() += 1;
+    return true;
+  }
+  int asked = 0;
+  Edge asked_for;
+
+ private:
+  bool can_;
+};
+
 /// A mapper in a block of its own, of exactly the bytes it asks for.
 class Bench {
  public:
-  explicit Bench(const MapperConfig& config, ScanArchive* archive = nullptr)
+  explicit Bench(const MapperConfig& config, ScanArchive* archive = nullptr,
+                 LoopRelaxation* relaxation = nullptr)
       : block_(Mapper::memory_required(config)) {
     Status status = Status::bad_config;
-    mapper = Mapper::create(block_.bytes(), config, status, archive);
+    mapper = Mapper::create(block_.bytes(), config, status, archive, nullptr, relaxation);
     REQUIRE(status == Status::ok);
     REQUIRE(mapper != nullptr);
   }
@@ -500,6 +519,49 @@ TEST_CASE("a loop offered from outside is judged like any other") {
   CAPTURE(text(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2);
   CHECK(loop.verdict == LoopVerdict::closed);
   CHECK(mapper->graph().edge_count() == 50);
+}
+
+TEST_CASE("another back end bends the map in LOA's place, once for every loop that is believed") {
+  const Drive& drive = round_the_block();
+  MapperConfig config = small_config();
+  config.close_loops = false;
+  Lift lift(true);
+  Bench mapper(config, nullptr, &lift);
+  drive_through(*mapper.mapper, drive, 50);
+  const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
+  LoopReport loop;
+  REQUIRE(mapper->offer_loop(0, 24, loop) == Status::ok);  // the opposite corner
+  CHECK(lift.asked == 0);
+  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
+  REQUIRE(loop.verdict == LoopVerdict::closed);
+  CHECK(lift.asked == 1);
+  CHECK(lift.asked_for.closes_loop);
+  CHECK(lift.asked_for.from == 0);
+  CHECK(lift.asked_for.to == 48);
+  CHECK(mapper->graph().edge_count() == 50);
+  CHECK(mapper->counters().loops_not_relaxed == 0);
+  CHECK(mapper->graph().poses()[0].translation_m == before[0].translation_m);
+  for (std::size_t i = 1; i < 50; ++i)
+    REQUIRE(mapper->graph().poses()[i].translation_m == before[i].translation_m + Eigen::Vector3d::UnitZ());
+}
+
+TEST_CASE("where another back end cannot bend the map, LOA does, and it is counted") {
+  const Drive& drive = round_the_block();
+  MapperConfig config = small_config();
+  config.close_loops = false;
+  Lift lift(false);
+  Bench mapper(config, nullptr, &lift);
+  Bench plain(config);
+  drive_through(*mapper.mapper, drive, 50);
+  drive_through(*plain.mapper, drive, 50);
+  LoopReport loop;
+  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
+  CHECK(loop.verdict == LoopVerdict::closed);
+  REQUIRE(plain->offer_loop(0, 48, loop) == Status::ok);
+  CHECK(lift.asked == 1);
+  CHECK(mapper->counters().loops_not_relaxed == 1);
+  CHECK(mapper->graph().edge_count() == plain->graph().edge_count());
+  CHECK(is_same(*mapper.mapper, *plain.mapper));
 }
 
 TEST_CASE("an archive that cannot read any more costs matches and loops, not the map") {

@@ -1,7 +1,7 @@
 #include "condense.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -85,7 +85,7 @@ bool optimize(ConstraintGraph& graph, std::uint32_t from, std::uint32_t to, Squa
     if (!equations.are_solvable()) return false;
     const Eigen::VectorXd step = equations.solve();
     const std::vector<ConstraintVertex> before = graph.vertices;
-    double new_cost = INFINITY;
+    double new_cost = std::numeric_limits<double>::infinity();
     for (double length = 1; length > 0.01 && !(new_cost <= cost); length /= 4) {
       for (std::size_t i = 0; i < before.size(); ++i) {
         const Eigen::Matrix<double, dimension, 1> part =
