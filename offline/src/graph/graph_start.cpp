@@ -98,7 +98,7 @@ class EdgeLeastSquares {
       if (unknown_[c.from] != no_index && unknown_[c.to] != no_index)
         pairs.emplace_back(unknown_[c.from], unknown_[c.to]);
     }
-    system_ = std::make_unique<BlockSystem>(count_, 3, pairs);
+    if (count_ > 0) system_ = std::make_unique<BlockSystem>(count_, 3, pairs);
     right_ = Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(count_), columns);
   }
 
