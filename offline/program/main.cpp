@@ -62,6 +62,8 @@ int run(int argc, char** argv) {
   add_simulate_command(alces);
   add_explain_can_command(alces);
   add_convert_command(alces);
+  add_compare_command(alces);
+  add_reference_command(alces);
   add_optimize_command(alces);
 
   try {

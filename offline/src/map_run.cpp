@@ -35,10 +35,11 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
       config_(complete(request.config, loop_back_end_, scans)),
       plan_(plan_memory(config_, request.memory_bytes)),
       block_(plan_.block_bytes),
-      relaxation_(make_graph_relaxation(loop_back_end_)) {
+      own_relaxation_(make_graph_relaxation(loop_back_end_)),
+      relaxation_(request.relaxation != nullptr ? request.relaxation : own_relaxation_.get()) {
   if (archive_file_) archive_ = std::make_unique<FileArchive>(*archive_file_, config_.scan_capacity);
   Status status = Status::ok;
-  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_.get());
+  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_);
   if (mapper_ == nullptr)
     throw UsageError(
         fmt::format("the mapper does not take these settings: {}; see docs/examples/map.toml", text(status)));
@@ -206,9 +207,9 @@ std::vector<std::string> MapRun::warnings() const {
     warnings.push_back(fmt::format("{} loops are not listed; raise memory.loop_capacity in --config",
                                    mapper_->counters().loops_not_listed));
   if (mapper_->counters().loops_not_relaxed > 0)
-    warnings.push_back(fmt::format("{} of {} loops were closed by ELCH in the place of {}: {}",
+    warnings.push_back(fmt::format("{} of {} loops were shared out by LOA, for the optimiser in its place could not: {}",
                                    mapper_->counters().loops_not_relaxed, mapper_->counters().loops_closed,
-                                   name(loop_back_end_), relaxation_->problem()));
+                                   relaxation_->problem()));
   return warnings;
 }
 

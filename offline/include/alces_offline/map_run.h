@@ -30,6 +30,7 @@ struct MapRequest {
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
   LoopBackEnd loop_back_end = LoopBackEnd::elch;  ///< none: config.close_loops is taken for false
+  GraphRelaxation* relaxation = nullptr;          ///< instead of the back end's own; outlives the run
 };
 
 /// A scan that is in the map.
@@ -109,7 +110,8 @@ class MapRun {
   MemoryBlock block_;
   std::unique_ptr<FileArchive> archive_;
   SteadyStageClock clock_;
-  std::unique_ptr<GraphRelaxation> relaxation_;
+  std::unique_ptr<GraphRelaxation> own_relaxation_;
+  GraphRelaxation* relaxation_ = nullptr;
   Mapper* mapper_ = nullptr;
   std::vector<MappedScan> mapped_;
   std::vector<RefusedScan> refused_;

@@ -1,0 +1,39 @@
+// A surveyed map to match scans to: a cloud, walls, or both, in one k-d tree.
+//
+// Memory: 15 bytes a point that is left after thinning out, and while it is built some 100 more.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "alces/kd_tree.h"
+#include "alces/point.h"
+#include "alces_platform/settings/memory_plan.h"
+
+namespace alces::offline {
+
+class ReferenceMap {
+ public:
+  /// Thins out to one measured point a cell (0: all stay) and builds the tree. InputError when no finite
+  /// point is left, CapacityError for more than 2^24 of them.
+  ReferenceMap(std::span<const Point> points, double cell_size_m);
+
+  [[nodiscard]] const KdTree& tree() const { return tree_; }
+  [[nodiscard]] std::size_t given() const { return given_; }  ///< points before thinning out
+
+ private:
+  std::unique_ptr<settings::MemoryBlock> block_;
+  KdTree tree_;
+  std::size_t given_ = 0;
+};
+
+/// The points of a cloud in any of scan_source.h's formats. What the reader warns of (a national grid moved
+/// by kilometres) goes to `warnings`. InputError.
+[[nodiscard]] std::vector<Point> read_cloud(const std::filesystem::path& file,
+                                            std::vector<std::string>& warnings);
+
+}  // namespace alces::offline
