@@ -5,9 +5,13 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "alces_offline/error.h"
 #include "alces_offline/graph/elch_on_graph.h"
@@ -121,10 +125,16 @@ Outcome run_elch(const Task& task) {
   Outcome outcome;
   outcome.was_stopped = result.was_stopped;
   outcome.details = {{"chi_squared_odometry", result.chi_squared_odometry},
+                     {"sharing", task.options.elch.rule == SharingRule::trails ? "trails" : "paper"},
                      {"loops", result.loops},
                      {"parallel_edges", result.parallel}};
   outcome.sentence =
       fmt::format("{} loops closed, odometry alone {:.6g}", result.loops, result.chi_squared_odometry);
+  if (result.chi_squared > result.chi_squared_odometry) {
+    outcome.sentence += fmt::format(
+        "\nThe loops made it worse: so many of them bend each other. Try --sharing {}, or --with gn.",
+        task.options.elch.rule == SharingRule::trails ? "paper" : "trails");
+  }
   if (result.parallel > 0)
     outcome.sentence += fmt::format("; {} edges beside another left out", result.parallel);
   return outcome;
@@ -155,6 +165,7 @@ trajectory.tum. Of a map folder a complete map folder comes out.
 --with gn     finds the optimum of chi-squared, as g2o counts it. --start says from where: file, odometry (along the
               chain), spanning-tree, chordal (orientations first), or best, the better of file and chordal.
 --with elch   starts from odometry and closes one loop after the other; not the optimum, but what the vehicle does.
+              --sharing trails (as the mapper: best for few loops) or paper (for graphs dense with loops).
 
 --robust works on edges between vertices that do not follow each other: huber and cauchy weigh contradictions less,
 dcs (dynamic covariance scaling) switches wrong loops off. Ctrl-C keeps the best poses so far.)";
@@ -163,12 +174,18 @@ bool has_graph_name(const fs::path& file) {
   return file.extension() == ".g2o" || file.extension() == ".graph";
 }
 
+/// Options that only some methods know.
+constexpr std::array<std::pair<const char*, const char*>, 5> owners = {{{"--start", "gn"},
+                                                                        {"--robust", "gn"},
+                                                                        {"--kernel-width", "gn"},
+                                                                        {"--iterations", "gn"},
+                                                                        {"--sharing", "elch"}}};
+
 void optimize(const CLI::App& verb, const Options& options) {
-  if (options.with != "gn") {
-    for (const char* option : {"--start", "--robust", "--kernel-width", "--iterations"}) {
-      if (verb.count(option) > 0)
-        throw UsageError(fmt::format("{} belongs to --with gn, {} has no use for it", option, options.with));
-    }
+  for (const auto& [option, owner] : owners) {
+    if (verb.count(option) > 0 && options.with != owner)
+      throw UsageError(
+          fmt::format("{} belongs to --with {}, {} has no use for it", option, owner, options.with));
   }
   std::error_code ignored;
   std::optional<MapGraph> map;
@@ -265,6 +282,11 @@ void add_optimize_command(CLI::App& alces) {
   verb->add_option("--iterations", options->gauss_newton.most_iterations, "gn's, at most")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
+  verb->add_option("--sharing", options->elch.rule, "how elch shares a loop's offset out")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, SharingRule>{{"trails", SharingRule::trails},
+                                                                             {"paper", SharingRule::paper}})
+                      .description("{trails|paper}"))
+      ->default_str("trails");
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options, verb] { optimize(*verb, *options); });
 }
