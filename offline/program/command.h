@@ -19,6 +19,7 @@ void add_replay_command(CLI::App& alces);
 void add_simulate_command(CLI::App& alces);
 void add_explain_can_command(CLI::App& alces);
 void add_convert_command(CLI::App& alces);
+void add_optimize_command(CLI::App& alces);
 
 /// "alces: 37 % label" on one line of stderr if that is a terminal, nothing otherwise; the line goes away
 /// with the object. Calls may come from several threads one after the other.

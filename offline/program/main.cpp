@@ -24,6 +24,7 @@ constexpr const char* footer = R"(Examples:
   alces evaluate town --truth truth.tum              error against ground truth, as in the paper's Table 1
   alces evaluate town --consistency scans/           how well the visits of a place agree, without ground truth
   alces render town --out town.png                   a picture to look at
+  alces optimize town --out town2                    the best poses that its graph allows
 
 'alces VERB --help' explains a verb. Frames are REP 103's (x forward, y left, z up), units are SI.
 
@@ -57,6 +58,7 @@ int run(int argc, char** argv) {
   add_simulate_command(alces);
   add_explain_can_command(alces);
   add_convert_command(alces);
+  add_optimize_command(alces);
 
   try {
     alces.parse(argc, argv);

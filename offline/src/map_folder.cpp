@@ -17,22 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 3DTK's show, and everyone who reads a folder of .frames, would take those of a longer map before for scans
-// of this.
-void write_frames(const fs::path& folder, const Trajectory& trajectory) {
-  write_3dtk_frames(folder, trajectory);
-  std::set<std::uint64_t> numbers;
-  for (std::size_t i = 0; i < trajectory.size(); ++i)
-    numbers.insert(trajectory.has_time ? i : static_cast<std::uint64_t>(trajectory.stamps_s[i]));
-  for (const fs::path& file : list_files(folder)) {
-    const std::string name = file.filename().string();
-    const auto number = number_in_name(file);
-    std::error_code ignored;
-    if (number && numbers.count(*number) == 0 && name == fmt::format("scan{:03}.frames", *number))
-      fs::remove(file, ignored);
-  }
-}
-
 void write_points(const fs::path& file, MapRun& run) {
   Mapper& mapper = run.mapper();
   PlyMapWriter writer(file);
@@ -58,6 +42,19 @@ void prepare_map_folder(const fs::path& folder) {
   const OutputFile trial_frame(folder / "frames" / "scan000.frames");
 }
 
+void remove_other_frames(const fs::path& folder, const Trajectory& trajectory) {
+  std::set<std::uint64_t> numbers;
+  for (std::size_t i = 0; i < trajectory.size(); ++i)
+    numbers.insert(trajectory.has_time ? i : static_cast<std::uint64_t>(trajectory.stamps_s[i]));
+  for (const fs::path& file : list_files(folder)) {
+    const std::string name = file.filename().string();
+    const auto number = number_in_name(file);
+    std::error_code ignored;
+    if (number && numbers.count(*number) == 0 && name == fmt::format("scan{:03}.frames", *number))
+      fs::remove(file, ignored);
+  }
+}
+
 nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const ProgramFacts& program) {
   std::map<std::string, double> write_s;
   const auto timed = [&](const char* name, const auto& write) {
@@ -68,7 +65,10 @@ nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const Progr
   const Trajectory trajectory = run.trajectory();
   timed("trajectory.tum", [&] { write_tum(folder / "trajectory.tum", trajectory); });
   timed("graph.g2o", [&] { write_g2o(folder / "graph.g2o", run.mapper().graph()); });
-  timed("frames", [&] { write_frames(folder / "frames", trajectory); });
+  timed("frames", [&] {
+    write_3dtk_frames(folder / "frames", trajectory);
+    remove_other_frames(folder / "frames", trajectory);
+  });
   timed("map.ply", [&] { write_points(folder / "map.ply", run); });
   nlohmann::json report = run_report(run, program, write_s);
   OutputFile file(folder / "run.json");

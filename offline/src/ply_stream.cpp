@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,7 @@ struct Vertices {
   std::uint64_t count = 0;
   std::size_t bytes = 0;  ///< of one
   std::array<Field, 3> xyz;
+  std::optional<Field> scan;
 };
 
 // Leaves the stream where the vertices begin.
@@ -49,22 +51,19 @@ Vertices find_vertices(const std::filesystem::path& file, std::istream& stream) 
       vertices.xyz.at(axis) = {vertices.bytes, property.type};
       found.at(axis) = true;
     }
+    if (property.name == "scan") vertices.scan = {vertices.bytes, property.type};
     vertices.bytes += size_of(property.type);
   }
   if (!found[0] || !found[1] || !found[2]) throw InputError(file, "its vertices have no x, y and z");
   return vertices;
 }
 
-}  // namespace
-
-std::uint64_t stream_ply(const std::filesystem::path& file,
-                         const std::function<void(std::span<const Point>)>& take) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file, "cannot be opened for reading");
-  const Vertices vertices = find_vertices(file, stream);
+// Hands on pieces of vertices as they lie in the file: `take(bytes, count)`.
+template <typename Take>
+void stream_vertices(const std::filesystem::path& file, std::istream& stream, const Vertices& vertices,
+                     Take take) {
   constexpr std::uint64_t piece = 65536;
   std::vector<char> bytes(static_cast<std::size_t>(std::min(piece, vertices.count)) * vertices.bytes);
-  std::vector<Point> points;
   for (std::uint64_t begin = 0; begin < vertices.count; begin += piece) {
     const auto count = static_cast<std::size_t>(std::min(piece, vertices.count - begin));
     const std::size_t size = count * vertices.bytes;
@@ -73,17 +72,60 @@ std::uint64_t stream_ply(const std::filesystem::path& file,
       throw InputError(file,
                        "ends before its " + std::to_string(vertices.count) + " vertices; write it again");
     }
-    points.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const char* vertex = bytes.data() + i * vertices.bytes;
-      const auto axis = [&](std::size_t a) {
-        return static_cast<float>(
-            load_number(vertex + vertices.xyz.at(a).offset, vertices.xyz.at(a).type, vertices.order));
-      };
-      points[i] = {axis(0), axis(1), axis(2)};
-    }
-    take(points);
+    take(bytes.data(), count);
   }
+}
+
+void load_points(const Vertices& vertices, const char* bytes, std::size_t count, std::vector<Point>& points) {
+  points.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const char* vertex = bytes + i * vertices.bytes;
+    const auto axis = [&](std::size_t a) {
+      return static_cast<float>(
+          load_number(vertex + vertices.xyz.at(a).offset, vertices.xyz.at(a).type, vertices.order));
+    };
+    points[i] = {axis(0), axis(1), axis(2)};
+  }
+}
+
+std::ifstream open_ply(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(file, "cannot be opened for reading");
+  return stream;
+}
+
+}  // namespace
+
+std::uint64_t stream_ply(const std::filesystem::path& file,
+                         const std::function<void(std::span<const Point>)>& take) {
+  std::ifstream stream = open_ply(file);
+  const Vertices vertices = find_vertices(file, stream);
+  std::vector<Point> points;
+  stream_vertices(file, stream, vertices, [&](const char* bytes, std::size_t count) {
+    load_points(vertices, bytes, count, points);
+    take(points);
+  });
+  return vertices.count;
+}
+
+std::uint64_t stream_ply_scans(
+    const std::filesystem::path& file,
+    const std::function<void(std::span<const Point>, std::span<const std::uint32_t>)>& take) {
+  std::ifstream stream = open_ply(file);
+  const Vertices vertices = find_vertices(file, stream);
+  if (!vertices.scan)
+    throw InputError(file, "its points do not say which scan they come from; 'alces map' writes that");
+  std::vector<Point> points;
+  std::vector<std::uint32_t> scans;
+  stream_vertices(file, stream, vertices, [&](const char* bytes, std::size_t count) {
+    load_points(vertices, bytes, count, points);
+    scans.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const char* at = bytes + i * vertices.bytes + vertices.scan->offset;
+      scans[i] = static_cast<std::uint32_t>(load_number(at, vertices.scan->type, vertices.order));
+    }
+    take(points, scans);
+  });
   return vertices.count;
 }
 

@@ -15,4 +15,9 @@ namespace alces::offline {
 std::uint64_t stream_ply(const std::filesystem::path& file,
                          const std::function<void(std::span<const Point>)>& take);
 
+/// The same with the number of the scan that each point comes from; InputError when the file holds none.
+std::uint64_t stream_ply_scans(
+    const std::filesystem::path& file,
+    const std::function<void(std::span<const Point>, std::span<const std::uint32_t>)>& take);
+
 }  // namespace alces::offline

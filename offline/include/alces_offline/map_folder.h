@@ -23,6 +23,10 @@ struct ProgramFacts {
 /// OutputError.
 void prepare_map_folder(const std::filesystem::path& folder);
 
+/// Removes the scanNNN.frames of `folder` that stand for no pose of the trajectory: 3DTK's show, and everyone
+/// who reads a folder of .frames, would take those of a longer map before for scans of this.
+void remove_other_frames(const std::filesystem::path& folder, const Trajectory& trajectory);
+
 /// Writes trajectory.tum, graph.g2o, frames/, map.ply and, last, run.json, each whole or not at all; .frames
 /// of an earlier map that this one does not have are removed. Returns what stands in run.json. OutputError;
 /// InputError when an archived scan cannot be read back.

@@ -1,0 +1,112 @@
+// Pose graphs at scale: reading, Gauss-Newton, and ELCH with what LOA takes a loop, on drives through a grid
+// of streets. LOA's cost is to grow linearly with the poses, for a fixed number of loops.
+#include <fmt/core.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "alces/loop_optimizer.h"
+#include "alces_offline/graph/elch_on_graph.h"
+#include "alces_offline/graph/gauss_newton.h"
+#include "alces_offline/graph/graph_file.h"
+#include "support.h"
+#include "support/in_block.h"
+#include "support/sample_graph.h"
+
+namespace {
+
+using namespace alces;
+using namespace alces::bench;
+using namespace alces::offline;
+
+// Of the process, without the time that others had the processor.
+double cpu_s() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// LOA alone, prepared and run for its four costs, as when the drive's last pose closes a loop to its first.
+double loa_ms(const ConstraintGraph& graph) {
+  const PoseGraph::Capacity capacity{.vertices = static_cast<std::uint32_t>(graph.vertices.size()),
+                                     .edges = static_cast<std::uint32_t>(graph.constraints.size())};
+  test::InBlock<PoseGraph> poses(capacity);
+  test::InBlock<LoopOptimizer> optimizer(capacity);
+  const auto check = [](Status status) {
+    if (status != Status::ok) throw std::runtime_error(text(status));
+  };
+  for (const ConstraintVertex& vertex : graph.vertices) check(poses->add_vertex(vertex.map_from_body));
+  for (const Constraint& c : graph.constraints)
+    check(poses->add_edge(
+        {.from = c.from, .to = c.to, .closes_loop = false, .variance = {}, .from_from_to = c.from_from_to}));
+  std::vector<double> weights(graph.vertices.size());
+  constexpr int runs = 20;
+  const double begin = cpu_s();
+  for (int run = 0; run < runs; ++run) {
+    check(optimizer->prepare(*poses, 0, capacity.vertices - 1));
+    for (const LoopCost cost : {LoopCost::x, LoopCost::y, LoopCost::z, LoopCost::rotation})
+      check(optimizer->weights(cost, weights));
+  }
+  return 1e3 * (cpu_s() - begin) / runs;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Pose graphs at scale: reading, gn, ELCH."};
+  std::vector<std::uint32_t> sizes = {12500, 25000, 50000, 100000};
+  std::uint32_t loops = 1000;
+  std::uint64_t seed = 1;
+  bool is_planar = false;
+  std::string write;
+  app.add_option("--poses", sizes, "sizes of the graphs");
+  app.add_option("--loops", loops, "loop edges of each")->capture_default_str();
+  app.add_option("--seed", seed, "of drive and noise")->capture_default_str();
+  app.add_flag("--planar", is_planar, "SE(2) instead of SE(3)");
+  app.add_option("--write", write, "write the first graph to this g2o file and measure nothing");
+  CLI11_PARSE(app, argc, argv);
+
+  const auto make = [&](std::uint32_t poses) {
+    return test::sample_graph({.poses = poses,
+                               .loops = loops,
+                               .seed = seed,
+                               .is_planar = is_planar,
+                               .rotation_sigma_rad = 0.001,
+                               .streets = 24,
+                               .block_poses = 20});
+  };
+  if (!write.empty()) {
+    write_graph(write, make(sizes.front()), GraphFormat::g2o);
+    return 0;
+  }
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "alces_bench_graph.g2o";
+  fmt::print(
+      "| poses | loops | read | gn: chi-squared | iterations | s | ELCH: chi-squared | s | ms a loop | "
+      "LOA alone, ms | ns a pose |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const std::uint32_t poses : sizes) {
+    write_graph(file, make(poses), GraphFormat::g2o);
+    double begin = cpu_s();
+    ConstraintGraph graph = read_graph(file).graph;
+    const double read_s = cpu_s() - begin;
+    ConstraintGraph bent = graph;
+
+    begin = cpu_s();
+    const GaussNewtonResult gn = optimize_gauss_newton(graph);
+    const double gn_s = cpu_s() - begin;
+    begin = cpu_s();
+    const ElchResult elch = close_loops_with_elch(bent);
+    const double elch_s = cpu_s() - begin;
+    const double one_ms = loa_ms(graph);
+    fmt::print("| {} | {} | {:.2f} | {:.1f} | {} | {:.2f} | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} |\n",
+               poses, elch.loops, read_s, gn.chi_squared, gn.iterations, gn_s, elch.chi_squared, elch_s,
+               1e3 * elch_s / static_cast<double>(elch.loops), one_ms, 1e6 * one_ms / poses);
+    std::fflush(stdout);
+  }
+  std::filesystem::remove(file);
+}

@@ -1,0 +1,175 @@
+#include "alces_offline/graph/map_graph.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+#include <unordered_map>
+#include <utility>
+
+#include "../ply_stream.h"
+#include "alces_offline/error.h"
+#include "alces_offline/graph/graph_file.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/map_folder.h"
+#include "alces_offline/map_writer.h"
+#include "alces_offline/output_file.h"
+
+namespace alces::offline {
+namespace {
+
+namespace fs = std::filesystem;
+
+nlohmann::json read_report(const fs::path& file) {
+  if (!fs::exists(file)) return nullptr;
+  std::string bytes;
+  read_file(file, bytes);
+  try {
+    return nlohmann::json::parse(bytes);
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(file, std::string("is no JSON (") + error.what() + "); map again");
+  }
+}
+
+// Rows of the trajectory by the scans' numbers that map.ply holds. Where stamps are times the numbers are
+// taken as they come: map.ply is written row by row.
+class RowOfScan {
+ public:
+  explicit RowOfScan(const Trajectory& trajectory)
+      : rows_(trajectory.size()), has_time_(trajectory.has_time) {
+    if (has_time_) return;
+    for (std::size_t i = 0; i < rows_; ++i)
+      row_.emplace(static_cast<std::uint32_t>(trajectory.stamps_s[i]), i);
+  }
+  [[nodiscard]] std::size_t operator()(const fs::path& file, std::uint32_t scan) {
+    auto known = row_.find(scan);
+    if (known == row_.end() && has_time_ && row_.size() < rows_)
+      known = row_.emplace(scan, row_.size()).first;
+    if (known == row_.end()) {
+      throw InputError(file,
+                       fmt::format("a point comes from scan {}, which trajectory.tum does not hold; map "
+                                   "again",
+                                   scan));
+    }
+    return known->second;
+  }
+
+ private:
+  std::size_t rows_;
+  bool has_time_;
+  std::unordered_map<std::uint32_t, std::size_t> row_;
+};
+
+void write_points(const fs::path& to, const MapGraph& map, const ConstraintGraph& graph) {
+  const fs::path from = map.folder / "map.ply";
+  RowOfScan row_of_scan(map.trajectory);
+  PlyMapWriter writer(to);
+  stream_ply_scans(from, [&](std::span<const Point> points, std::span<const std::uint32_t> scans) {
+    for (std::size_t begin = 0; begin < points.size();) {
+      std::size_t end = begin;
+      while (end < points.size() && scans[end] == scans[begin]) ++end;
+      const std::size_t row = row_of_scan(from, scans[begin]);
+      const Pose moved = graph.vertices[row].map_from_body * map.graph.vertices[row].map_from_body.inverse();
+      writer.add(points.subspan(begin, end - begin), moved, scans[begin]);
+      begin = end;
+    }
+  });
+  writer.finish();
+}
+
+Trajectory with_poses_of(const ConstraintGraph& graph, Trajectory trajectory) {
+  trajectory.poses.clear();
+  for (const ConstraintVertex& vertex : graph.vertices) trajectory.poses.push_back(vertex.map_from_body);
+  return trajectory;
+}
+
+}  // namespace
+
+MapGraph read_map_graph(const fs::path& folder) {
+  MapGraph map;
+  map.folder = folder;
+  for (const char* name : {"graph.g2o", "trajectory.tum", "map.ply"}) {
+    if (!fs::exists(folder / name)) {
+      throw InputError(folder,
+                       fmt::format("holds no {}; a folder that 'alces map' or 'alces replay' wrote is "
+                                   "needed here, or a graph file",
+                                   name));
+    }
+  }
+  map.graph = read_graph(folder / "graph.g2o").graph;
+  map.trajectory = read_trajectory(folder / "trajectory.tum");
+  if (map.graph.is_planar || map.graph.vertices.size() != map.trajectory.size()) {
+    throw InputError(folder, fmt::format("graph.g2o has {} vertices and trajectory.tum {} poses; they are of "
+                                         "different maps",
+                                         map.graph.vertices.size(), map.trajectory.size()));
+  }
+  map.report = read_report(folder / "run.json");
+  return map;
+}
+
+void write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintGraph& graph,
+                     const nlohmann::json& optimize) {
+  std::error_code ignored;
+  if (fs::equivalent(out, map.folder, ignored)) {
+    throw UsageError(out.string() + ": is the map itself; write the better one to a folder of its own");
+  }
+  StagedFolder stage(out);
+  const fs::path& folder = stage.staging();
+  const Trajectory trajectory = with_poses_of(graph, map.trajectory);
+  write_tum(folder / "trajectory.tum", trajectory);
+  write_graph(folder / "graph.g2o", graph, GraphFormat::g2o);
+  write_3dtk_frames(folder / "frames", trajectory);
+  write_points(folder / "map.ply", map, graph);
+  nlohmann::json report = map.report.is_object() ? map.report : nlohmann::json::object();
+  report["optimize"] = optimize;
+  OutputFile file(folder / "run.json");
+  file.write(report.dump(2) + "\n");
+  file.commit();
+  stage.commit("run.json");
+  remove_other_frames(out / "frames", trajectory);
+}
+
+void write_graph_folder(const fs::path& out, const ConstraintGraph& graph) {
+  StagedFolder stage(out);
+  Trajectory trajectory;
+  for (const ConstraintVertex& vertex : graph.vertices)
+    trajectory.stamps_s.push_back(static_cast<double>(vertex.id));
+  write_tum(stage.staging() / "trajectory.tum", with_poses_of(graph, std::move(trajectory)));
+  write_graph(stage.staging() / "graph.g2o", graph, GraphFormat::g2o);
+  stage.commit("trajectory.tum");
+}
+
+StagedFolder::StagedFolder(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code ignored;
+  is_new_ = !fs::exists(folder_, ignored);
+  make_folder(folder_);
+  staging_ = folder_ / ".part";
+  fs::remove_all(staging_, ignored);
+  make_folder(staging_);
+}
+
+StagedFolder::~StagedFolder() {
+  std::error_code ignored;
+  fs::remove_all(staging_, ignored);
+  if (is_new_) fs::remove(folder_, ignored);  // only if it is empty
+}
+
+void StagedFolder::commit(const std::string& last) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(staging_)) {
+    if (entry.is_directory()) {
+      make_folder(folder_ / entry.path().lexically_relative(staging_));
+    } else {
+      files.push_back(entry.path().lexically_relative(staging_));
+    }
+  }
+  std::sort(files.begin(), files.end());
+  std::stable_partition(files.begin(), files.end(), [&](const fs::path& file) { return file != last; });
+  for (const fs::path& file : files) {
+    std::error_code error;
+    fs::rename(staging_ / file, folder_ / file, error);
+    if (error) throw OutputError(folder_ / file, "cannot be written (" + error.message() + ")");
+  }
+}
+
+}  // namespace alces::offline
