@@ -3,6 +3,12 @@ include(CMakePackageConfigHelpers)
 set(alces_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/alces)
 
 install(TARGETS alces EXPORT alcesTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(CODE "
+  if(CMAKE_INSTALL_DO_STRIP)  # CMake strips programs only
+    execute_process(COMMAND \"${CMAKE_STRIP}\" --strip-debug --enable-deterministic-archives
+      \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/libalces.a\")
+  endif()
+" COMPONENT development)
 install(DIRECTORY include/alces TYPE INCLUDE COMPONENT development)
 install(EXPORT alcesTargets NAMESPACE alces:: DESTINATION ${alces_cmake_dir} COMPONENT development)
 

@@ -1,9 +1,6 @@
-# 32-bit ARM under Linux, by Debian's cross compiler. Tests run through qemu-user-static where it is installed.
-set(CMAKE_SYSTEM_NAME Linux)
-set(CMAKE_SYSTEM_PROCESSOR arm)
-set(CMAKE_C_COMPILER arm-linux-gnueabihf-gcc)
-set(CMAKE_CXX_COMPILER arm-linux-gnueabihf-g++)
-find_program(ALCES_EMULATOR qemu-arm-static)
-if(ALCES_EMULATOR)
-  set(CMAKE_CROSSCOMPILING_EMULATOR ${ALCES_EMULATOR} -L /usr/arm-linux-gnueabihf)
-endif()
+# 32-bit ARM under Linux with a floating-point unit, ARMv7: BeagleBone, i.MX 6, Raspberry Pi 2 and the like.
+set(name armhf)
+set(processor arm)
+set(triplet arm-linux-gnueabihf)
+set(emulator qemu-arm-static)
+include(${CMAKE_CURRENT_LIST_DIR}/linux.cmake)

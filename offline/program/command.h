@@ -14,6 +14,7 @@ namespace alces::offline {
 void add_map_command(CLI::App& alces);
 void add_evaluate_command(CLI::App& alces);
 void add_render_command(CLI::App& alces);
+void add_report_command(CLI::App& alces);
 void add_info_command(CLI::App& alces);
 void add_replay_command(CLI::App& alces);
 void add_simulate_command(CLI::App& alces);

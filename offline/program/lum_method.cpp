@@ -121,14 +121,19 @@ LumOutcome run_lum(const MapGraph& map, const LumOptions& options, const fs::pat
   ProcessGroup& group = processes();
   LumRequest request;
   request.settings = settings_of(options);
-  request.scratch_folder = fs::absolute(out).lexically_normal().parent_path();
-  if (!out.has_filename()) request.scratch_folder = request.scratch_folder.parent_path();
+  // Beside OUT, thus on the disk that has room for a map; of OUT's folders those that are there.
+  request.scratch_folder = fs::absolute(out / "").lexically_normal().parent_path().parent_path();
+  std::error_code ignored;
+  while (!fs::exists(request.scratch_folder, ignored) && request.scratch_folder.has_relative_path())
+    request.scratch_folder = request.scratch_folder.parent_path();
   request.checkpoint = out / checkpoint_name;
   request.resume = options.resume;
   request.group = &group;
   std::unique_ptr<ScanSource> scans;
   try {
     check(request.settings);
+    if (fs::equivalent(out, map.folder, ignored))
+      throw UsageError(out.string() + ": is the map itself; write the better one to a folder of its own");
     if (request.resume && group.rank() == 0 && !fs::exists(*request.checkpoint))
       throw InputError(*request.checkpoint,
                        "is not there: nothing was stopped in this folder; start without --resume");
@@ -165,7 +170,8 @@ LumOutcome run_lum(const MapGraph& map, const LumOptions& options, const fs::pat
                                  links["usable"].get<std::size_t>());
   if (!result.history.empty())
     outcome.sentence +=
-        fmt::format(", last change {:.2f} mm in the mean", 1000 * result.history.back().mean_change_m);
+        fmt::format("; in the last, linked scans moved by {:.2f} mm against each other, all by {:.2f} mm",
+                    1000 * result.history.back().link_change_m, 1000 * result.history.back().mean_change_m);
   for (const nlohmann::json& bridge : links["bridges"])
     outcome.sentence +=
         fmt::format("\n  nothing links scan {} to those before it: it keeps its place behind scan {}",

@@ -27,6 +27,7 @@ constexpr const char* footer = R"(Examples:
   alces render town --out town.png                   a picture to look at
   alces compare drive.mcap --truth truth.tum --out tables   ICP, LUM, ELCH, TORO, HOG-Man: the paper's tables
   alces optimize town --out town2                    the best poses that its graph allows
+  alces report town --out town.html                  a page to send to a colleague
 
 'alces VERB --help' explains a verb. Frames are REP 103's (x forward, y left, z up), units are SI.
 
@@ -56,6 +57,7 @@ int run(int argc, char** argv) {
   add_map_command(alces);
   add_evaluate_command(alces);
   add_render_command(alces);
+  add_report_command(alces);
   add_info_command(alces);
   add_replay_command(alces);
   add_simulate_command(alces);

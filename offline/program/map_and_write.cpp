@@ -35,7 +35,7 @@ std::vector<std::string> command_line() {
 }
 
 void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
-                   ProgramFacts program, bool json, const std::function<nlohmann::json()>& describe) {
+                   ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe) {
   prepare_map_folder(out);
   MapRun run(scans, request);
   const StopSignal stop;
@@ -50,7 +50,7 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
     throw InputError(
         fmt::format("none of the scans could be mapped ({}); nothing is written", scans.description()));
   }
-  if (describe) program.drive = describe();
+  if (describe) describe(program);
   nlohmann::json report;
   try {
     report = write_map_folder(out, run, program);

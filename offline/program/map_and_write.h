@@ -18,8 +18,8 @@ namespace alces::offline {
 
 /// Maps all of `scans` until the end or Ctrl-C, writes what is mapped to `out`, and prints a summary or, with
 /// `json`, run.json. What stopped the run is thrown once the map is written. `describe`, if given, adds
-/// run.json's "drive" once the scans are through.
+/// what is known of a drive once the scans are through.
 void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
-                   ProgramFacts program, bool json, const std::function<nlohmann::json()>& describe = {});
+                   ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe = {});
 
 }  // namespace alces::offline

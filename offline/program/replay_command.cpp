@@ -89,7 +89,10 @@ void replay_drive(const Options& options) {
                                    {"all_scans", options.all_scans}}}};
   try {
     map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}, source},
-                  options.json, [&drive] { return drive.report(); });
+                  options.json, [&drive](ProgramFacts& program) {
+                    program.drive = drive.report();
+                    program.drive_counters_csv = drive.counters_csv();
+                  });
   } catch (...) {
     remove_scratch();
     throw;

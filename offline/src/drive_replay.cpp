@@ -13,6 +13,29 @@
 #include "alces_platform/settings/settings_error.h"
 
 namespace alces::offline {
+namespace {
+
+constexpr std::size_t most_stamps_a_notice = 100;  // in run.json; all are counted
+constexpr std::int64_t samples_a_drive = 200;      // of the counters
+
+/// As many as the head can turn through in this time at its fastest, or as the lasers have profiles for: a
+/// head that turns faster than it is configured to loses no scan.
+std::size_t most_scans(const ScannerConfig& scanner, double duration_s) {
+  const EncoderConfig& encoder = scanner.encoder;
+  const double fastest_rad_s = std::abs(encoder.expected_speed_rad_s) * (1 + encoder.speed_tolerance);
+  const double by_turns = fastest_rad_s * duration_s / scanner.assembler.turn_rad;
+  double profiles_per_s = 0;
+  for (std::uint32_t laser = 0; laser < scanner.assembler.laser_count; ++laser)
+    profiles_per_s += scanner.laser_makes[laser] == LaserMake::lms2xx
+                          ? scanner.lms2xx[laser].turns_per_s
+                          : scanner.cola_b[laser].scan_frequency_hz;
+  const double by_profiles =
+      profiles_per_s * duration_s / std::max<std::uint32_t>(1, scanner.assembler.minimum_profiles);
+  return static_cast<std::size_t>(std::max(by_turns, by_profiles)) + 2;
+}
+
+}  // namespace
+
 /// Where the drivers' frames and bytes go in a replay: the vehicle has had them.
 class DriveReplay::Wires final : public CanPort, public BytePort {
  public:
@@ -80,11 +103,7 @@ void DriveReplay::survey(const std::filesystem::path& drive) {
       end_ns_ = std::max(end_ns_, event.stamp_ns);
     }
   }
-  // As many as the head can turn through in this time, at its fastest.
-  const EncoderConfig& encoder = settings_.scanner.encoder;
-  const double fastest_rad_s = std::abs(encoder.expected_speed_rad_s) * (1 + encoder.speed_tolerance);
-  const double turned_rad = fastest_rad_s * seconds(std::max<std::int64_t>(0, end_ns_ - begin_ns_));
-  size_ = static_cast<std::size_t>(turned_rad / settings_.scanner.assembler.turn_rad) + 2;
+  size_ = most_scans(settings_.scanner, seconds(std::max<std::int64_t>(0, end_ns_ - begin_ns_)));
 }
 
 void DriveReplay::on_scan(const Scan& scan) {
@@ -111,6 +130,7 @@ void DriveReplay::raise(const Notice& notice) {
   SaidNotice& said = notices_[{notice.source, notice.text}];
   if (said.times++ == 0) said.first_stamp_ns = notice.stamp_ns;
   said.last_stamp_ns = notice.stamp_ns;
+  if (said.stamps_ns.size() < most_stamps_a_notice) said.stamps_ns.push_back(notice.stamp_ns);
   said.severity = notice.severity;
 }
 
@@ -120,7 +140,10 @@ bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
     while (index >= first_ready_ + ready_.size()) {
       Event event;
       if (is_over_ || !traces_.events->next(event)) {
-        if (!is_over_) scanner_->finish();
+        if (!is_over_) {
+          scanner_->finish();
+          sample_counters(end_ns_);
+        }
         is_over_ = true;
         if (index < first_ready_ + ready_.size()) break;
         size_ = first_ready_ + ready_.size();
@@ -134,6 +157,7 @@ bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
         const double wait_ns = static_cast<double>(event.stamp_ns - first_event_ns_) / options_.speed;
         clock_->sleep_until(paced_from_ns_ + std::llround(wait_ns));
       }
+      if (event.stamp_ns >= next_sample_ns_) sample_counters(event.stamp_ns);
       ++events_;
       scanner_->on_event(event);
     }
@@ -186,10 +210,38 @@ std::vector<std::string> DriveReplay::warnings() const {
   return warnings;
 }
 
+void DriveReplay::sample_counters(std::int64_t stamp_ns) {
+  CounterSample sample{stamp_ns, {}};
+  scanner_->visit_counters(
+      [&sample](ScannerPart, const char*, std::uint64_t value) { sample.values.push_back(value); });
+  counter_samples_.push_back(std::move(sample));
+  next_sample_ns_ = stamp_ns + std::max<std::int64_t>((end_ns_ - begin_ns_) / samples_a_drive, 1);
+}
+
+std::string DriveReplay::counters_csv() const {
+  std::vector<std::string> names;
+  scanner_->visit_counters([&names](ScannerPart part, const char* name, std::uint64_t) {
+    names.push_back(fmt::format("{}.{}", text(part), name));
+  });
+  const auto counts_something = [this](std::size_t counter) {
+    return !counter_samples_.empty() && counter_samples_.back().values[counter] != 0;
+  };
+  std::string csv = "time_s";
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (counts_something(i)) csv += "," + names[i];
+  for (const CounterSample& sample : counter_samples_) {
+    csv += fmt::format("\n{:.3f}", seconds(sample.stamp_ns - begin_ns_));
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (counts_something(i)) csv += fmt::format(",{}", sample.values[i]);
+  }
+  return csv + "\n";
+}
+
 nlohmann::json DriveReplay::report() const {
   const std::lock_guard lock(mutex_);
   nlohmann::json json;
   json["duration_s"] = seconds(end_ns_ - begin_ns_);
+  json["begin_s"] = seconds(begin_ns_);
   json["events"] = events_;
   json["scans"] = {{"assembled", scanner_->assembler().counters().scans},
                    {"handed_on", passed_.size()},
@@ -201,12 +253,15 @@ nlohmann::json DriveReplay::report() const {
   });
   json["notices"] = nlohmann::json::array();
   for (const auto& [what, said] : notices_) {
+    nlohmann::json at_s = nlohmann::json::array();
+    for (const std::int64_t stamp_ns : said.stamps_ns) at_s.push_back(seconds(stamp_ns - begin_ns_));
     json["notices"].push_back({{"source", what.first},
                                {"text", what.second},
                                {"severity", text(said.severity)},
                                {"times", said.times},
                                {"first_s", seconds(said.first_stamp_ns - begin_ns_)},
-                               {"last_s", seconds(said.last_stamp_ns - begin_ns_)}});
+                               {"last_s", seconds(said.last_stamp_ns - begin_ns_)},
+                               {"at_s", std::move(at_s)}});
   }
   return json;
 }

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <system_error>
 
@@ -117,6 +118,8 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   if (settings.speed_m_per_s > 0) simulated.rig.motion.mean_speed_m_per_s = settings.speed_m_per_s;
   simulated.rig.lasers = static_cast<std::uint8_t>(settings.vehicle.scanner.assembler.laser_count);
   simulated.rig.has_gps = settings.vehicle.scanner.has_gps;
+  simulated.rig.field_of_view_rad =
+      settings.vehicle.scanner.lms2xx[0].field_of_view_deg * std::numbers::pi / 180;
   sim::SimulatedScanner vehicle(simulated);
   sim::SimulatedRig& rig = vehicle.rig();
   host.rig = &rig;

@@ -11,6 +11,7 @@
 #include "alces_offline/map_writer.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/run_report.h"
+#include "alces_offline/scan_table.h"
 
 namespace alces::offline {
 namespace {
@@ -31,6 +32,27 @@ void write_points(const fs::path& file, MapRun& run) {
                static_cast<std::uint32_t>(number));
   }
   writer.finish();
+}
+
+ScanTable scan_table(const MapRun& run) {
+  ScanTable table;
+  table.has_time = run.trajectory().has_time;
+  for (const MappedScan& scan : run.mapped()) {
+    ScanRow row;
+    row.scan = run.source().number(scan.source_index);
+    row.stamp_s = run.source().stamp_s(scan.source_index).value_or(0);
+    row.points = scan.kept_points;
+    row.iterations = scan.iterations;
+    row.correspondences = scan.correspondences;
+    row.overlap = scan.overlap;
+    row.rms_m = scan.rms_m;
+    row.is_predicted = scan.is_predicted;
+    const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
+    row.stage_ms = {ms(scan.times.reduce_ns), ms(scan.times.store_ns),      ms(scan.times.match_ns),
+                    ms(scan.times.detect_ns), ms(scan.times.loop_match_ns), ms(scan.times.loop_share_ns)};
+    table.rows.push_back(row);
+  }
+  return table;
 }
 
 }  // namespace
@@ -64,6 +86,19 @@ nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const Progr
   };
   const Trajectory trajectory = run.trajectory();
   timed("trajectory.tum", [&] { write_tum(folder / "trajectory.tum", trajectory); });
+  timed("trajectory_without_loops.tum",
+        [&] { write_tum(folder / "trajectory_without_loops.tum", run.trajectory_without_loops()); });
+  timed("scans.csv", [&] { write_scan_table(folder / "scans.csv", scan_table(run)); });
+  if (program.drive_counters_csv.empty()) {
+    std::error_code ignored;  // of an earlier replay into the same folder
+    fs::remove(folder / "counters.csv", ignored);
+  } else {
+    timed("counters.csv", [&] {
+      OutputFile file(folder / "counters.csv");
+      file.write(program.drive_counters_csv);
+      file.commit();
+    });
+  }
   timed("graph.g2o", [&] { write_g2o(folder / "graph.g2o", run.mapper().graph()); });
   timed("frames", [&] {
     write_3dtk_frames(folder / "frames", trajectory);

@@ -75,6 +75,7 @@ void MapRun::run(const Callbacks& callbacks) {
     mapped_.back().times.loop_share_ns += finish_times.loop_share_ns;
   }
   mapping_s_ += seconds_since(finish_begin);
+  remember_loops();
   wall_s_ = seconds_since(begin);
 }
 
@@ -89,7 +90,9 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
     case Status::ok:
     case Status::no_voxel_capacity:
       if (status == Status::no_voxel_capacity) ++thinned_scans_;
-      mapped_.push_back({index, report.times, report.points.kept, report.iterations, report.is_predicted});
+      mapped_.push_back({index, report.times, report.points.kept, report.iterations, report.correspondences,
+                         report.overlap, report.rms_m, report.is_predicted});
+      remember_loops();
       break;
     case Status::no_scan_capacity:
     case Status::no_point_capacity:
@@ -110,6 +113,24 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
     return false;
   }
   return true;
+}
+
+// The mapper tells of a loop once it is closed, and then the poses are bent already. What they were is known
+// from a copy that is made anew only when a loop was closed, and is longer by one scan otherwise.
+void MapRun::remember_loops() {
+  const PoseGraph& graph = mapper_->graph();
+  for (; edges_seen_ < graph.edge_count(); ++edges_seen_) {
+    const Edge& edge = graph.edges()[edges_seen_];
+    if (!edge.closes_loop) poses_before_.push_back(poses_before_[edge.from] * edge.from_from_to);
+  }
+  if (poses_before_.empty() && graph.vertex_count() > 0) poses_before_.push_back(graph.poses()[0]);
+  for (std::size_t i = first_from_last_before_.size(); i < mapper_->loops().size(); ++i) {
+    const LoopReport& loop = mapper_->loops()[i];
+    first_from_last_before_.push_back(poses_before_[loop.first].inverse() * poses_before_[loop.last]);
+  }
+  if (mapper_->counters().loops_closed == loops_closed_seen_) return;
+  loops_closed_seen_ = mapper_->counters().loops_closed;
+  poses_before_.assign(graph.poses().begin(), graph.poses().end());
 }
 
 Error MapRun::capacity_problem(std::size_t index, Status status) const {
@@ -145,6 +166,14 @@ Trajectory MapRun::trajectory() const {
     trajectory.stamps_s.push_back(trajectory.has_time
                                       ? *scans_.stamp_s(scan.source_index)
                                       : static_cast<double>(scans_.number(scan.source_index)));
+  }
+  return trajectory;
+}
+
+Trajectory MapRun::trajectory_without_loops() const {
+  Trajectory trajectory = MapRun::trajectory();
+  for (const Edge& edge : mapper_->graph().edges()) {
+    if (!edge.closes_loop) trajectory.poses[edge.to] = trajectory.poses[edge.from] * edge.from_from_to;
   }
   return trajectory;
 }

@@ -40,9 +40,16 @@ Json loop_stage(const std::vector<MappedScan>& scans) {
   return json;
 }
 
+Json pose_numbers(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation_m;
+  const Eigen::Quaterniond& q = pose.rotation;
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
 Json loops(const MapRun& run) {
   Json list = Json::array();
-  for (const LoopReport& loop : run.mapper().loops()) {
+  for (std::size_t i = 0; i < run.mapper().loops().size(); ++i) {
+    const LoopReport& loop = run.mapper().loops()[i];
     const bool accepted = loop.verdict == LoopVerdict::closed;
     Json json = {{"first", loop.first},
                  {"last", loop.last},
@@ -57,6 +64,7 @@ Json loops(const MapRun& run) {
                  {"correction_m", loop.correction_m},
                  {"correction_deg", loop.correction_rad * 180 / std::numbers::pi},
                  {"iterations", loop.iterations},
+                 {"first_from_last_before", pose_numbers(run.first_from_last_before()[i])},
                  {"share_out_ms", static_cast<double>(loop.share_ns) * 1e-6}};
     list.push_back(std::move(json));
   }

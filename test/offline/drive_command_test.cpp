@@ -1,6 +1,7 @@
 // alces simulate and replay as a script sees them: a drive is made, recorded, and mapped through the drivers.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -48,6 +49,18 @@ TEST_CASE("a simulated drive replays into a map near its truth, the same to the 
     CHECK(map.stamps_s[i] == Approx(truth.stamps_s[i]).margin(1e-6));
     CHECK(same_pose(map.poses[i], truth.poses[i], 0.1));
   }
+}
+
+TEST_CASE("a head that turns twice as fast as it is configured to loses no scan in a replay") {
+  const TemporaryFolder& folder = short_drive();
+  std::string config = run_alces(folder, "simulate --print-config").out;
+  const std::string key = "expected_speed_deg_s = 150";
+  REQUIRE(config.find(key) != std::string::npos);
+  config.replace(config.find(key), key.size(), "expected_speed_deg_s = 75");
+  std::ofstream(folder / "slow.toml") << config;
+  REQUIRE(run_alces(folder, "replay drive.mcap --config slow.toml --out slow").status == 0);
+  CHECK(read_trajectory(folder / "slow/trajectory.tum").size() ==
+        read_trajectory(folder / "drive.truth.tum").size());
 }
 
 TEST_CASE("run.json tells what the devices of a drive went through") {

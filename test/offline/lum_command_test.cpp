@@ -74,6 +74,10 @@ TEST_CASE("what lum cannot work with ends in a sentence, and leaves nothing") {
   check("map --out out --resume", 2, "--resume belongs to --with lum");
   check("map/graph.g2o --with lum --out out", 2, "needs a map folder");
   check("map --with lum --scans nowhere --out out", 3, "nowhere");
+  const ProgramOutcome onto_itself = run_alces(folder, "optimize map --with lum --out map/");
+  CHECK(onto_itself.status == 2);
+  CHECK_THAT(onto_itself.err, Contains("is the map itself"));
+  CHECK_FALSE(std::filesystem::exists(folder / "map/lum.checkpoint"));
   folder.write("scans/scan003.pcd", room_pcd(3).substr(0, 5000));
   check("map --with lum --out out", 3, "scan003.pcd");
   std::filesystem::remove(folder / "scans/scan003.pcd");

@@ -32,6 +32,33 @@ TEST_CASE("the paper's whole distances bring them back, too, less closely") {
   CHECK(worst_distance_m(result.map_from_scan, room_poses(12)) < 0.04);
 }
 
+namespace {
+
+/// The first two scans are one and the same, as when a recorder starts twice.
+class Stuttering final : public RoomSource {
+ public:
+  using RoomSource::RoomSource;
+  bool read(std::size_t index, std::vector<Point>& points) override {
+    return RoomSource::read(index < 2 ? 0 : index, points);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("two copies of a scan are laid upon each other, whatever is minimised") {
+  Stuttering room(6);
+  std::vector<Pose> truth = room_poses(6);
+  truth[1] = truth[0];
+  LumRequest request;
+  request.settings = small_settings();
+  request.settings.metric = GENERATE(LumMetric::plane, LumMetric::point);
+  request.settings.variance_floor_m = 0;
+  request.settings.robust_share = 0;
+  const LumResult result = optimize_with_lum(numbered(disturbed(truth, 0.03, 0.005, 8)), room, request);
+  CHECK((result.map_from_scan[1].translation_m - truth[0].translation_m).norm() < 1e-3);
+  CHECK(worst_distance_m(result.map_from_scan, truth) < 0.04);
+}
+
 TEST_CASE("scan 0 does not move") {
   const LumResult result = relax_room(6, small_settings());
   CHECK(result.map_from_scan[0].translation_m == room_from_body(0).translation_m);

@@ -49,6 +49,9 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
   [[nodiscard]] const settings::VehicleSettings& settings() const { return settings_; }
   /// Counters of all parts, notices, and what was left out, for run.json; after the last read().
   [[nodiscard]] nlohmann::json report() const;
+  /// How the counters grew, for counters.csv: a line about every 200th part of the drive, `time_s` since its
+  /// begin and a column for every counter that is not 0 at the end. After the last read().
+  [[nodiscard]] std::string counters_csv() const;
   [[nodiscard]] const Scanner& scanner() const { return *scanner_; }
 
   [[nodiscard]] std::size_t size() const override { return size_; }
@@ -73,6 +76,7 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
   void on_scan(const Scan& scan) override;
   void raise(const Notice& notice) override;
   [[nodiscard]] Passed passed(std::size_t index) const;
+  void sample_counters(std::int64_t stamp_ns);
 
   DriveReplayOptions options_;
   settings::VehicleSettings settings_;
@@ -102,7 +106,14 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
     std::int64_t last_stamp_ns = 0;
     Severity severity = Severity::info;
     std::uint64_t times = 0;
+    std::vector<std::int64_t> stamps_ns;  ///< the first ones
   };
+  struct CounterSample {
+    std::int64_t stamp_ns = 0;
+    std::vector<std::uint64_t> values;  ///< in the order of visit_counters()
+  };
+  std::vector<CounterSample> counter_samples_;
+  std::int64_t next_sample_ns_ = 0;
   std::map<std::pair<std::string, std::string>, SaidNotice> notices_;
   std::uint64_t notice_count_ = 0;
 };

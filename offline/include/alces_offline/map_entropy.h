@@ -19,11 +19,11 @@ namespace alces::offline {
 
 struct MapEntropySettings {
   double radius_m = 0.3;
-  double cell_size_m = 0.05;  ///< each scan is thinned out to one measured point a cell first
+  double cell_size_m = 0.1;  ///< each scan is thinned out to one measured point a cell first
   double min_range_m = 1.5;
   double max_range_m = 20;  ///< as for the consistency figure
   std::size_t min_neighbours = 10;
-  std::size_t queries = 200'000;  ///< points asked about, evenly spread over the map; 0: all
+  std::size_t queries = 100'000;  ///< points asked about, evenly spread over the map; 0: all
 };
 
 struct MapEntropy {

@@ -19,6 +19,7 @@ struct ProgramFacts {
   nlohmann::json drive;   ///< of a replay: counters and notices of the devices; null otherwise
   /// Joins run.json's "source": paths (where the scans lie, absolute), replay (how a drive was replayed).
   nlohmann::json source = nlohmann::json::object();
+  std::string drive_counters_csv = {};  ///< of a replay: how the counters grew; empty otherwise
 };
 
 /// Makes the folder and finds out whether files can be written into it, before long work is done for it;
@@ -29,7 +30,8 @@ void prepare_map_folder(const std::filesystem::path& folder);
 /// who reads a folder of .frames, would take those of a longer map before for scans of this.
 void remove_other_frames(const std::filesystem::path& folder, const Trajectory& trajectory);
 
-/// Writes trajectory.tum, graph.g2o, frames/, map.ply and, last, run.json, each whole or not at all; .frames
+/// Writes trajectory.tum, trajectory_without_loops.tum, scans.csv, counters.csv (of a replay), graph.g2o,
+/// frames/, map.ply and, last, run.json, each whole or not at all; .frames
 /// of an earlier map that this one does not have are removed. Returns what stands in run.json. OutputError;
 /// InputError when an archived scan cannot be read back.
 nlohmann::json write_map_folder(const std::filesystem::path& folder, MapRun& run,

@@ -39,6 +39,9 @@ struct MappedScan {
   StageTimes times;
   std::uint32_t kept_points = 0;
   std::uint32_t iterations = 0;
+  std::uint32_t correspondences = 0;
+  double overlap = 0;
+  double rms_m = 0;  ///< residual of the match to the scans before
   bool is_predicted = false;
 };
 
@@ -82,6 +85,12 @@ class MapRun {
 
   /// The poses as they are now, a scan of the map each; stamps are the scans' numbers unless all have a time.
   [[nodiscard]] Trajectory trajectory() const;
+  /// Where the same scans would stand if no loop had been closed: the matches of each scan with those before
+  /// it, one behind the other.
+  [[nodiscard]] Trajectory trajectory_without_loops() const;
+  /// Of every entry of mapper().loops(): the pose of `last` seen from `first` as it was when the loop was
+  /// offered, after all loops before it.
+  [[nodiscard]] const std::vector<Pose>& first_from_last_before() const { return first_from_last_before_; }
   [[nodiscard]] double length_m() const;
   /// Of the source, and what the mapper made of the scans.
   [[nodiscard]] std::vector<std::string> warnings() const;
@@ -91,6 +100,7 @@ class MapRun {
  private:
   [[nodiscard]] bool add(std::size_t index, const std::vector<Point>& points);
   [[nodiscard]] Error capacity_problem(std::size_t index, Status status) const;
+  void remember_loops();
 
   ScanSource& scans_;
   std::optional<std::filesystem::path> archive_file_;
@@ -105,6 +115,10 @@ class MapRun {
   Mapper* mapper_ = nullptr;
   std::vector<MappedScan> mapped_;
   std::vector<RefusedScan> refused_;
+  std::vector<Pose> poses_before_;  ///< as they were before the latest loops were offered
+  std::vector<Pose> first_from_last_before_;
+  std::uint32_t edges_seen_ = 0;
+  std::uint32_t loops_closed_seen_ = 0;
   std::size_t thinned_scans_ = 0;
   double read_wait_s_ = 0;
   double mapping_s_ = 0;

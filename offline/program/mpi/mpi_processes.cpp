@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include "processes.h"
 
@@ -43,13 +44,14 @@ class MpiProcesses final : public ProcessGroup {
         MPI_Send(bytes.data() + at, piece(length - at), MPI_CHAR, root, piece_tag, MPI_COMM_WORLD);
       return {};
     }
-    std::vector<std::string> all(size_);
-    all[0] = bytes;
+    std::vector<std::string> all;
+    all.push_back(bytes);
     for (std::size_t from = 1; from < size_; ++from) {
-      all[from].resize(lengths[from]);
+      std::string answer(lengths[from], '\0');
       for (std::uint64_t at = 0; at < lengths[from]; at += largest_piece)
-        MPI_Recv(all[from].data() + at, piece(lengths[from] - at), MPI_CHAR, static_cast<int>(from),
-                 piece_tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+        MPI_Recv(answer.data() + at, piece(lengths[from] - at), MPI_CHAR, static_cast<int>(from), piece_tag,
+                 MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+      all.push_back(std::move(answer));
     }
     return all;
   }

@@ -154,8 +154,8 @@ class LasWriter final : public FileCloudWriter {
     h.append(16, '\0');                   // project ID
     append(h, std::uint8_t{1});
     append(h, std::uint8_t{4});  // LAS 1.4
-    h += padded("alces", 32);
-    h += padded("alces convert", 32);
+    append_padded(h, "alces", 32);
+    append_padded(h, "alces convert", 32);
     append(h, std::uint16_t{0});  // day and year: the same input gives the same file
     append(h, std::uint16_t{0});
     append(h, las::header_bytes);
@@ -180,9 +180,9 @@ class LasWriter final : public FileCloudWriter {
     return h;
   }
 
-  static std::string padded(std::string text, std::size_t size) {
-    text.resize(size, '\0');
-    return text;
+  static void append_padded(std::string& bytes, std::string_view text, std::size_t size) {
+    bytes += text;
+    bytes.append(size - text.size(), '\0');
   }
 
   std::filesystem::path file_;

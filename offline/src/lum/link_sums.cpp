@@ -162,10 +162,10 @@ LinkEstimate estimate_link(const LinkSums& sums, const LumSettings& settings, st
   link.pull_m = std::sqrt(explained_m2 / sums.weight);
   link.rms_m = std::sqrt(std::max(0.0, sums.ztz_m2) / sums.weight);
   const double left_m2 = std::max(0.0, sums.ztz_m2 - explained_m2);
-  const double floor_m2 = settings.variance_floor_m * settings.variance_floor_m;
-  link.variance_m2 = (settings.metric == LumMetric::point ? left_m2 / (2.0 * sums.correspondences - 3.0)
-                                                          : left_m2 / sums.weight) +
-                     floor_m2;
+  constexpr double least_m = 1e-4;  // two copies of one scan agree exactly: sure, but not infinitely
+  const double floor_m2 = std::max(least_m * least_m, settings.variance_floor_m * settings.variance_floor_m);
+  const double count = 2.0 * sums.correspondences - 3.0;
+  link.variance_m2 = left_m2 / (settings.metric == LumMetric::point ? count : sums.weight) + floor_m2;
   // With a stride each correspondence stands for that many.
   const double share = static_cast<double>(stride) / link.variance_m2;
   link.information = share * mtm;

@@ -1,8 +1,11 @@
 #include "alces_offline/lum/relaxation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 
 #include "alces_offline/evaluation.h"
 #include "alces_offline/lum/block_equations.h"
@@ -158,7 +161,9 @@ bool Relaxation::solve(std::vector<Vector6d>& changes) const {
 LumIteration Relaxation::iterate(const LinkSumSource::Progress& progress) {
   LumIteration iteration = assess(progress);
   std::vector<Vector6d> changes;
-  if (!solve(changes)) changes.assign(state_.map_from_scan.size(), Vector6d::Zero());
+  if (!solve(changes))
+    throw std::runtime_error(
+        fmt::format("the poses' equations have no solution in iteration {}", iteration.number));
   for (const LinkOutcome& outcome : outcomes_) {
     if (!outcome.is_usable || outcome.is_bridge) continue;
     const auto [j, k] = outcome.link;

@@ -18,13 +18,13 @@ struct LumSettings {
   LumMetric metric = LumMetric::plane;
 
   // What a scan is reduced to. Voxels as in `map`.
-  VoxelGridConfig voxel;
+  VoxelGridConfig voxel{.cell_capacity = 32768};
   std::uint32_t samples = 768;     ///< points a scan that ask the scan at the link's other end
   std::uint32_t neighbors = 12;    ///< of a sample's plane
   float neighbor_radius_m = 1.0F;  ///< neighbours farther than this do not count
 
   // Which scans are linked.
-  double link_distance_m = 10;  ///< between two scanners
+  double link_distance_m = 12;  ///< between two scanners
   std::uint32_t links_a_scan =
       24;  ///< the nearest so many earlier scans at most; 0: all within link_distance_m
   std::uint32_t minimum_correspondences = 100;  ///< a link with fewer says nothing
@@ -32,7 +32,7 @@ struct LumSettings {
 
   // Correspondences.
   float first_distance_limit_m = 1.5F;  ///< in the first iteration ...
-  float last_distance_limit_m = 0.25F;  ///< ... multiplied by limit_factor down to this
+  float last_distance_limit_m = 0.3F;  ///< ... multiplied by limit_factor down to this
   float limit_factor = 0.7F;
   std::uint32_t coarse_stride = 4;  ///< only every so many samples until the last limit is reached
   float robust_share =

@@ -19,6 +19,9 @@ class EventQueue {
     queue_.push({due_ns, order_++, event, std::move(bytes)});
   }
 
+  /// When the next event is due; INT64_MAX: there is none.
+  [[nodiscard]] std::int64_t next_due_ns() const { return queue_.empty() ? INT64_MAX : queue_.top().due_ns; }
+
   /// Hands on what is due up to `until_ns`; `now_ns` is set to each event's due time before.
   void deliver(std::int64_t until_ns, std::int64_t& now_ns, EventSink& sink) {
     while (!queue_.empty() && queue_.top().due_ns <= until_ns) {

@@ -1,0 +1,31 @@
+# What both ARM Linux toolchains share: Debian's cross compiler, a sysroot of Debian's packages (scripts/sysroot makes it),
+# and qemu-user-static to run tests, where it is installed. The file that includes this one has set `processor`, `triplet`
+# and `emulator`; ALCES_SYSROOT (cache or environment) names another sysroot.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR ${processor})
+set(CMAKE_C_COMPILER ${triplet}-gcc)
+set(CMAKE_CXX_COMPILER ${triplet}-g++)
+set(CMAKE_LIBRARY_ARCHITECTURE ${triplet})
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES ALCES_SYSROOT)
+
+if(NOT ALCES_SYSROOT)
+  set(ALCES_SYSROOT "$ENV{ALCES_SYSROOT}")
+endif()
+if(NOT ALCES_SYSROOT)
+  cmake_path(SET ALCES_SYSROOT NORMALIZE "${CMAKE_CURRENT_LIST_DIR}/../build/sysroot/${name}")
+endif()
+if(NOT EXISTS "${ALCES_SYSROOT}/usr/include/${triplet}")
+  message(FATAL_ERROR "There is no sysroot in ${ALCES_SYSROOT}: run scripts/sysroot ${name}")
+endif()
+set(CMAKE_SYSROOT "${ALCES_SYSROOT}")
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} "${ALCES_SYSROOT}")
+set(ENV{PKG_CONFIG_LIBDIR} "${ALCES_SYSROOT}/usr/lib/${triplet}/pkgconfig:${ALCES_SYSROOT}/usr/share/pkgconfig")
+
+find_program(ALCES_EMULATOR ${emulator})
+if(ALCES_EMULATOR)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${ALCES_EMULATOR} -L "${ALCES_SYSROOT}")
+endif()
