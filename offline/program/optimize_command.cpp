@@ -5,9 +5,13 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "alces_offline/error.h"
 #include "alces_offline/graph/elch_on_graph.h"
@@ -125,10 +129,16 @@ Outcome run_elch(const Task& task) {
   Outcome outcome;
   outcome.was_stopped = result.was_stopped;
   outcome.details = {{"chi_squared_odometry", result.chi_squared_odometry},
+                     {"sharing", task.options.elch.rule == SharingRule::trails ? "trails" : "paper"},
                      {"loops", result.loops},
                      {"parallel_edges", result.parallel}};
   outcome.sentence =
       fmt::format("{} loops closed, odometry alone {:.6g}", result.loops, result.chi_squared_odometry);
+  if (result.chi_squared > result.chi_squared_odometry) {
+    outcome.sentence += fmt::format(
+        "\nThe loops made it worse: so many of them bend each other. Try --sharing {}, or --with gn.",
+        task.options.elch.rule == SharingRule::trails ? "paper" : "trails");
+  }
   if (result.parallel > 0)
     outcome.sentence += fmt::format("; {} edges beside another left out", result.parallel);
   return outcome;
@@ -176,6 +186,7 @@ trajectory.tum. Of a map folder a complete map folder comes out.
 --with gn     finds the optimum of chi-squared, as g2o counts it. --start says from where: file, odometry (along the
               chain), spanning-tree, chordal (orientations first), or best, the better of file and chordal.
 --with elch   starts from odometry and closes one loop after the other; not the optimum, but what the vehicle does.
+              --sharing trails (as the mapper: best for few loops) or paper (for graphs dense with loops).
 --with lum    global relaxation (docs/lum.md): scans near each other are linked and matched, all poses solved for at once,
               again and again until nothing moves. Takes the scans from where 'alces map' found them, or --scans. Links
               that pull against all others are named. Ctrl-C keeps the map so far, --resume goes on.
@@ -187,12 +198,18 @@ bool has_graph_name(const fs::path& file) {
   return file.extension() == ".g2o" || file.extension() == ".graph";
 }
 
+/// Options that only some methods know.
+constexpr std::array<std::pair<const char*, const char*>, 5> owners = {{{"--start", "gn"},
+                                                                        {"--robust", "gn"},
+                                                                        {"--kernel-width", "gn"},
+                                                                        {"--iterations", "gn"},
+                                                                        {"--sharing", "elch"}}};
+
 void optimize(const CLI::App& verb, const Options& options) {
-  if (options.with != "gn") {
-    for (const char* option : {"--start", "--robust", "--kernel-width", "--iterations"}) {
-      if (verb.count(option) > 0)
-        throw UsageError(fmt::format("{} belongs to --with gn, {} has no use for it", option, options.with));
-    }
+  for (const auto& [option, owner] : owners) {
+    if (verb.count(option) > 0 && options.with != owner)
+      throw UsageError(
+          fmt::format("{} belongs to --with {}, {} has no use for it", option, owner, options.with));
   }
   if (options.with != "lum") {
     for (const std::string& option : lum_option_names()) {
@@ -302,6 +319,11 @@ void add_optimize_command(CLI::App& alces) {
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   add_lum_options(*verb, options->lum);
+  verb->add_option("--sharing", options->elch.rule, "how elch shares a loop's offset out")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, SharingRule>{{"trails", SharingRule::trails},
+                                                                             {"paper", SharingRule::paper}})
+                      .description("{trails|paper}"))
+      ->default_str("trails");
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options, verb] { optimize(*verb, *options); });
 }

@@ -84,6 +84,9 @@ TEST_CASE("optimize: a graph file comes out as one, in the format of its name") 
   REQUIRE(elch.status == 0);
   CHECK_THAT(elch.out, Contains("loops closed") && Contains("planar"));
   CHECK(chi_squared(read_graph(folder / "out.g2o").graph) > chi_squared(out.graph));
+  const Outcome paper = run(folder, "in.g2o --with elch --sharing paper --out paper.g2o --json");
+  CHECK(nlohmann::json::parse(paper.out)["sharing"] == "paper");
+  CHECK(content_of(folder / "paper.g2o") != content_of(folder / "out.g2o"));
 }
 
 TEST_CASE("optimize: a graph file and a folder's name give graph.g2o and trajectory.tum") {
@@ -143,6 +146,7 @@ TEST_CASE("optimize: what cannot work ends in one sentence, and nothing is writt
                         {"map --out o.g2o", 2, "name a folder"},
                         {"map --out map", 2, "is the map itself"},
                         {"map --with elch --robust dcs --out o", 2, "--robust belongs to --with gn"},
+                        {"map --sharing paper --out o", 2, "--sharing belongs to --with elch"},
                         {"map --with magic --out o", 2, "magic"},
                         {"map", 2, "--out"}}) {
     CAPTURE(c.arguments);

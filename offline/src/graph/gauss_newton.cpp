@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
+#include <type_traits>
 #include <utility>
 
 #include "alces/pose_graph.h"
@@ -102,7 +105,7 @@ class Problem {
       is_linearized = true;
       ++result.iterations;
 
-      double new_cost = INFINITY;
+      double new_cost = std::numeric_limits<double>::infinity();
       double expected_decrease = 0;
       if (system_->factorize(lambda)) {
         result.factor_numbers = system_->factor_numbers();

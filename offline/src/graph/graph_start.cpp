@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <deque>
+#include <memory>
 #include <vector>
 
 #include "alces/pose_graph.h"
@@ -88,7 +89,7 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
 // kept beside the matrix.
 class EdgeLeastSquares {
  public:
-  EdgeLeastSquares(const ConstraintGraph& graph, Eigen::Index columns) : graph_(graph) {
+  EdgeLeastSquares(const ConstraintGraph& graph, Eigen::Index columns) {
     unknown_.assign(graph.vertices.size(), no_index);
     for (std::size_t i = 0; i < graph.vertices.size(); ++i) {
       if (!graph.vertices[i].is_fixed) unknown_[i] = count_++;
@@ -130,7 +131,6 @@ class EdgeLeastSquares {
   }
 
  private:
-  const ConstraintGraph& graph_;
   std::uint32_t count_ = 0;
   std::vector<std::uint32_t> unknown_;
   std::unique_ptr<BlockSystem> system_;
