@@ -190,7 +190,8 @@ class Opener {
 
   // Which of several is odometry, and which truth, is not to be guessed.
   void warn_of_unused_trajectories() {
-    const fs::path folder = entries_.front().file.parent_path();
+    const fs::path parent = entries_.front().file.parent_path();
+    const fs::path folder = parent.empty() ? fs::path(".") : parent;
     std::string names;
     std::size_t count = 0;
     for (const fs::path& file : list_files(folder)) {

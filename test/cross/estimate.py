@@ -20,8 +20,8 @@ def main():
         print("no instructions were counted", file=sys.stderr)
         return 1
     mean, largest = int(match.group(2)), int(match.group(3))
-    print(f"\n{mean / 1e6:.0f} million instructions a scan, {largest / 1e6:.0f} million at most (the scan that closes a loop)\n")
-    print("| processor | instructions a cycle, assumed | a scan | of 1.2 s | the longest scan | of 1.2 s |")
+    print(f"\n{mean / 1e6:.0f} million instructions a scan, {largest / 1e6:.0f} million at most\n")
+    print("| processor | instructions a cycle, assumed | a scan | of 1.2 s | the longest scan, or loop | of 1.2 s |")
     print("|---|--:|--:|--:|--:|--:|")
     for name, clock_hz, per_cycle in PROCESSORS:
         times = [count / clock_hz / per_cycle for count in (mean, largest)]

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <vector>
 
 #include "support/in_block.h"
+#include "support/memory_archive.h"
 #include "support/plain_scene.h"
 
 using namespace alces;

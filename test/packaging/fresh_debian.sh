@@ -19,13 +19,13 @@ mkdir -p "$work"
 base=$work/$release.tar
 root=$work/root
 if [ ! -s "$base" ]; then
-  rm -rf "$root"
-  debootstrap --variant=minbase --include=systemd,ca-certificates,g++,pkgconf,libeigen3-dev "$release" "$root" "$mirror" \
+  rm -rf --one-file-system "$root"
+  unshare --mount debootstrap --variant=minbase --include=systemd,ca-certificates,g++,pkgconf,libeigen3-dev "$release" "$root" "$mirror" \
     >"$work/debootstrap.log" 2>&1 || { tail -n 5 "$work/debootstrap.log"; skip "debootstrap could not make a Debian from $mirror"; }
   tar -C "$root" -cf "$base.part" .
   mv "$base.part" "$base"
 fi
-rm -rf "$root"
+rm -rf --one-file-system "$root"
 mkdir -p "$root"
 tar -C "$root" -xf "$base"
 mkdir -p "$root/work"

@@ -17,6 +17,7 @@ kernels=${ALCES_KERNELS:-$work/kernels}/$arch
 results=$work/results
 . "$here/kernel.sh"
 
+PATH=$PATH:/usr/sbin:/sbin  # mkfs.ext4
 skip() { echo "SKIPPED: $1"; exit 77; }
 began=$(date +%s)
 lap() { echo "[$(($(date +%s) - began)) s] $1"; }

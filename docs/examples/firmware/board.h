@@ -15,7 +15,8 @@ namespace board {
 /// Bytes of stack that were used since the start, at most; 0 where nobody knows.
 [[nodiscard]] std::size_t stack_used_bytes();
 
-/// Tells a counter of instructions outside (test/cross) that a stretch of interest begins or ends.
-void mark();
+/// Tells a counter of instructions outside (test/cross) that a stretch of interest begins, or ends.
+void begin_counting();
+void end_counting();
 
 }  // namespace board

@@ -79,9 +79,9 @@ bool drive(alces::Mapper& mapper) {
     if (number > 0) odometry = odometry * yard::wheel_step(number);
     yard::scan(number, points);
     alces::ScanReport report;
-    board::mark();
+    board::begin_counting();
     const alces::Status status = mapper.add_scan(points, &odometry, report);
-    board::mark();
+    board::end_counting();
     if (status != alces::Status::ok) {
       std::printf("scan %d: %s\n", static_cast<int>(number), alces::text(status));
       return false;

@@ -264,7 +264,7 @@ constexpr MapperConfig MapperConfig::paper() {
   config.loop_search.turn_steps = 0;
   config.loop_search.candidates = 1;
   config.sharing = SharingRule::paper;
-  // The paper has no test of belief; its scan-to-scan matching drifts by metres that a sharp one would refuse.
+  // The paper has no test of belief: a sharp one would refuse what its scan-to-scan drift leaves.
   config.belief.maximum_rms_m = 0.5;
   config.belief.maximum_mahalanobis2 = 3000;
   return config;

@@ -9,7 +9,7 @@
 
 namespace alces::offline {
 
-/// The first of odometry.tum, trajectory.tum, alidarPose.csv, poses.txt that the folder has, or its only *.tum.
+/// The folder's first of odometry.tum, trajectory.tum, alidarPose.csv, poses.txt, or its only *.tum.
 [[nodiscard]] std::optional<std::filesystem::path> find_trajectory(const std::filesystem::path& folder);
 
 /// camera_from_scanner of the "Tr:" line of a KITTI calib.txt.

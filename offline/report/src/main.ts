@@ -35,8 +35,8 @@ function addHeader(report: Report, scans: Scans) {
 
 function addMap(report: Report, scans: Scans): Viewer {
   const host = byId('viewer')
-  // ?canvas: as where there is no WebGL, for trying it out
-  const viewer = new Viewer(host, report, scans, new URLSearchParams(location.search).has('canvas'))
+  // ?draw=canvas, ?draw=webgl: for trying out what another browser would do
+  const viewer = new Viewer(host, report, scans, new URLSearchParams(location.search).get('draw'))
   const { cloud } = report
   const showLegend = () => {
     const { title, low, high, gradient } = viewer.legend()
@@ -85,7 +85,7 @@ function addMap(report: Report, scans: Scans): Viewer {
     `to ${digits(cloud.step_m * 500, 2)} mm an axis` +
     (left ? ' (alces report --full keeps all)' : '') +
     (cloud.points_left_out > 0 ? `; ${whole(cloud.points_left_out)} points that are not finite or far off are left out` : '') +
-    (viewer.painter.kind === 'canvas' ? '. This browser has no WebGL: the points are drawn slower and fewer at a time' : '') +
+    (viewer.painter.kind === 'canvas' ? '. Drawn without WebGL, which this browser does not have or only computes' : '') +
     '.'
   viewer.onLegend = showLegend
   return viewer

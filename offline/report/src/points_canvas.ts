@@ -1,4 +1,5 @@
-// Points without WebGL: projected one by one into an image, the nearest wins. Slower, so fewer of them.
+// Points without WebGL, or with one that only pretends: projected one by one into an image, the nearest wins. A WebGL that a
+// processor computes (SwiftShader, llvmpipe) takes many times as long for points.
 import { Matrix4, PerspectiveCamera, Vector3 } from 'three'
 import type { CloudNode } from './cloud'
 import { ColorMode, rampBytes } from './colors'
@@ -7,10 +8,10 @@ import type { Coloring, Painter } from './painter'
 export class CanvasPainter implements Painter {
   readonly kind = 'canvas'
   readonly canvas = document.createElement('canvas')
-  readonly mostPointsAFrame = 400e3
-  readonly leastPointsAFrame = 30e3
-  readonly firstPointsAFrame = 120e3
-  private readonly context = this.canvas.getContext('2d', { alpha: false })!
+  readonly mostPointsAFrame = 2e6
+  readonly leastPointsAFrame = 100e3
+  readonly firstPointsAFrame = 250e3
+  private readonly context = this.canvas.getContext('2d', { alpha: false, willReadFrequently: true })!
   private readonly ramps = new Map<ColorMode, Uint32Array>()
   private image = this.context.createImageData(1, 1)
   private pixels = new Uint32Array(this.image.data.buffer)
@@ -43,10 +44,12 @@ export class CanvasPainter implements Painter {
       pixels.fill(0xff17110d)
       depth.fill(Infinity)
     }
-    const ramp = this.ramps.get(coloring.mode)!
+    const { mode, highlight } = coloring
+    const ramp = this.ramps.get(mode)!
     const scale = 255 / Math.max(coloring.high - coloring.low, 1e-6)
     const m = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements
     const undo = coloring.undo
+    const pixelsAMetre = (0.035 * coloring.pointScale * height) / (2 * Math.tan((camera.fov * Math.PI) / 360))
     for (const node of nodes) {
       const [ox, oy, oz] = node.origin
       const { points, step } = node
@@ -77,12 +80,19 @@ export class CanvasPainter implements Painter {
         if (w <= 0.05) continue
         const px = Math.round(((m[0] * x + m[4] * y + m[8] * z + m[12]) / w + 1) * 0.5 * width)
         const py = Math.round((1 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w) * 0.5 * height)
-        if (px < 0 || py < 0 || px >= width || py >= height) continue
-        const at = py * width + px
-        if (w >= depth[at]) continue
-        depth[at] = w
-        const value = coloring.mode === 'height' ? z + this.center.z : coloring.mode === 'time' ? scan : moves[move + 7]
-        pixels[at] = ramp[Math.max(0, Math.min(255, Math.round((value - coloring.low) * scale)))]
+        const size = Math.min(6, Math.max(1, Math.round(pixelsAMetre / w)))
+        if (px < 0 || py < 0 || px + size > width || py + size > height) continue
+        const value = mode === 'height' ? z + this.center.z : mode === 'time' ? scan : moves[move + 7]
+        let color = ramp[Math.max(0, Math.min(255, Math.round((value - coloring.low) * scale)))]
+        if (highlight !== undefined && (scan < highlight[0] || scan > highlight[1]))
+          color = 0xff000000 | ((color >>> 1) & 0x7f7f7f)
+        for (let row = py; row < py + size; ++row) {
+          for (let at = row * width + px, end = at + size; at < end; ++at) {
+            if (w >= depth[at]) continue
+            depth[at] = w
+            pixels[at] = color
+          }
+        }
       }
     }
     this.context.putImageData(this.image, 0, 0)

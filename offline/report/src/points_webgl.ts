@@ -64,11 +64,18 @@ in vec3 color;
 out vec4 pixel;
 void main() { pixel = vec4(color, 1.0); }`
 
+/** No graphics processor behind it. */
+function isComputed(context: WebGL2RenderingContext): boolean {
+  const names = context.getExtension('WEBGL_debug_renderer_info')
+  const renderer = String(context.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : context.RENDERER))
+  return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer)
+}
+
 export class WebGlPainter implements Painter {
   readonly kind = 'webgl'
   readonly canvas: HTMLCanvasElement
   readonly mostPointsAFrame = 12e6
-  readonly leastPointsAFrame = 60e3
+  readonly leastPointsAFrame = 200e3
   readonly firstPointsAFrame = 1e6
   private readonly renderer: WebGLRenderer
   private readonly scene = new Scene()
@@ -77,10 +84,11 @@ export class WebGlPainter implements Painter {
   private readonly ramps = new Map<ColorMode, DataTexture>()
   private shown: Points[] = []
 
-  /** Throws where there is no WebGL 2. */
+  /** Throws where there is no WebGL 2; also where it is only computed, unless `inSoftwareToo`. */
   constructor(
     private readonly center: Vector3,
     moves: Float32Array, // 8 numbers a scan: rotation, translation and correction of the map before
+    inSoftwareToo: boolean,
   ) {
     this.canvas = document.createElement('canvas')
     const context = this.canvas.getContext('webgl2', {
@@ -90,6 +98,7 @@ export class WebGlPainter implements Painter {
       powerPreference: 'high-performance',
     })
     if (!context) throw new Error('no WebGL 2')
+    if (!inSoftwareToo && isComputed(context)) throw new Error('WebGL in software only')
     this.renderer = new WebGLRenderer({ canvas: this.canvas, context })
     this.renderer.autoClear = false
     this.renderer.setClearColor(0x0d1117)

@@ -75,7 +75,7 @@ export class Viewer {
     private readonly host: HTMLElement,
     private readonly report: Report,
     private readonly scans: Scans,
-    prefersCanvas: boolean,
+    wish: string | null, // webgl or canvas, else what is best
   ) {
     const { cloud } = report
     const poses = Array.from({ length: scans.count }, (_, i) => scans.pose(i).position)
@@ -92,12 +92,13 @@ export class Viewer {
     this.arcs = report.run.loops.map((loop, index) => ({ index, loop, path: [] }))
 
     const moves = movesOf(report, scans, this.center)
-    this.painter = this.choosePainter(prefersCanvas, moves)
+    this.painter = this.choosePainter(wish, moves)
     this.budget = this.painter.firstPointsAFrame
     this.painter.canvas.className = 'points'
     this.painter.canvas.setAttribute('aria-hidden', 'true')
     this.overlay.className = 'overlay'
-    this.ink = this.overlay.getContext('2d')!
+    // Lines, too, are drawn by the processor itself where it would only pretend to be a graphics processor.
+    this.ink = this.overlay.getContext('2d', { willReadFrequently: this.painter.kind === 'canvas' })!
     this.host.prepend(this.painter.canvas, this.overlay)
 
     this.camera.up.set(0, 0, 1)
@@ -118,10 +119,10 @@ export class Viewer {
     this.home(false)
   }
 
-  private choosePainter(prefersCanvas: boolean, moves: Float32Array): Painter {
-    if (!prefersCanvas) {
+  private choosePainter(wish: string | null, moves: Float32Array): Painter {
+    if (wish !== 'canvas') {
       try {
-        return new WebGlPainter(this.center, moves)
+        return new WebGlPainter(this.center, moves, wish === 'webgl')
       } catch {
         // as it says below the map
       }
@@ -380,9 +381,10 @@ export class Viewer {
     if (restarts) this.drawOverlay()
     const now = performance.now()
     const moving = now - this.movedAt < 200
-    // The graphics processor works on after the call returns: what counts is when the next frame comes.
+    // The graphics processor works on after the call returns: what counts is when the next frame comes. A plain canvas is
+    // done then, and what else the browser does between two frames is not the points' doing.
     const since = begin - this.lastFrameAt
-    const ms = since < 500 ? Math.max(since, now - begin) : now - begin
+    const ms = this.painter.kind === 'webgl' && since < 500 ? Math.max(since, now - begin) : now - begin
     this.lastFrameAt = begin
     this.frameTimes.push({ ms, points, moving })
     if (this.frameTimes.length > 600) this.frameTimes.splice(0, 300)
@@ -618,22 +620,23 @@ export class Viewer {
 
   // ------------------------------------------------------------------------------------------------ measuring
 
-  /** Frames of a turn of the camera, each waited for until it is on the screen: ms a frame, points a frame. */
-  async measure(frames: number): Promise<{ ms: number[]; points: number[] }> {
+  /** A turn of the camera: ms and points of each frame, waited for until it is drawn; `budget` points if given. */
+  async measure(frames: number, budget?: number): Promise<{ ms: number[]; points: number[] }> {
     const ms: number[] = []
     const points: number[] = []
     for (let i = 0; i < frames; ++i) {
-      await new Promise((resume) => requestAnimationFrame(resume))
+      await new Promise((resume) => setTimeout(resume))
+      if (budget) this.budget = budget
+      this.scheduled = true // nothing else draws meanwhile
       const begin = performance.now()
       this.orbit(0.03, 0)
-      this.scheduled = true // by hand
-      this.waiting = []
       this.frame()
+      this.drawOverlayNow()
       this.painter.finish()
-      this.scheduled = false
       ms.push(performance.now() - begin)
       points.push(this.frameTimes.at(-1)!.points)
     }
+    this.scheduled = false
     this.moved()
     return { ms, points }
   }

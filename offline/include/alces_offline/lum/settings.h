@@ -32,7 +32,7 @@ struct LumSettings {
 
   // Correspondences.
   float first_distance_limit_m = 1.5F;  ///< in the first iteration ...
-  float last_distance_limit_m = 0.3F;  ///< ... multiplied by limit_factor down to this
+  float last_distance_limit_m = 0.3F;   ///< ... multiplied by limit_factor down to this
   float limit_factor = 0.7F;
   std::uint32_t coarse_stride = 4;  ///< only every so many samples until the last limit is reached
   float robust_share =
