@@ -158,7 +158,7 @@ void compare(const Options& options) {
   const std::vector<CompareRow> rows = select_rows(options.only);
   Input input = open_input(options);
   make_folder(options.out);
-  const OutputFile trial(fs::path(options.out) / "compare.json");  // never committed: can it be written?
+  { const OutputFile trial(fs::path(options.out) / "compare.json"); }  // never committed: can it be written?
 
   const StopSignal stop;
   StageLine line;
@@ -184,7 +184,8 @@ void compare(const Options& options) {
   request.watched = watched_scans(options.watch, scans);
   request.measures_consistency = options.consistency || options.truth.empty();
   if (!options.pairs.empty()) request.revisits = read_pairs(options.pairs, scans.size());
-  request.program = {ALCES_VERSION, command_line(), options.front_end, {}};
+  request.program = {ALCES_VERSION, command_line(), options.front_end, {}, {}};
+  request.program.source = {{"paths", {fs::absolute(options.input).lexically_normal().string()}}};
 
   const ExperimentResult result =
       run_experiment(scans, request,

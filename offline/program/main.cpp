@@ -25,6 +25,7 @@ constexpr const char* footer = R"(Examples:
   alces evaluate town --truth truth.tum              error against ground truth, as in the paper's Table 1
   alces evaluate town --consistency scans/           how well the visits of a place agree, without ground truth
   alces render town --out town.png                   a picture to look at
+  alces compare drive.mcap --truth truth.tum --out tables   ICP, LUM, ELCH, TORO, HOG-Man: the paper's tables
   alces optimize town --out town2                    the best poses that its graph allows
   alces report town --out town.html                  a page to send to a colleague
 
