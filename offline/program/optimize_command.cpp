@@ -17,7 +17,9 @@
 #include "alces_offline/graph/elch_on_graph.h"
 #include "alces_offline/graph/gauss_newton.h"
 #include "alces_offline/graph/graph_file.h"
+#include "alces_offline/graph/hogman.h"
 #include "alces_offline/graph/map_graph.h"
+#include "alces_offline/graph/toro.h"
 #include "alces_offline/stop_signal.h"
 #include "command.h"
 #include "lum_method.h"
@@ -158,6 +160,35 @@ Outcome run_lum_method(const Task& task) {
   return outcome;
 }
 
+/// TORO and HOG-Man tell the same things.
+template <typename Result>
+Outcome back_end_outcome(const Result& result) {
+  Outcome outcome;
+  outcome.was_stopped = result.stopped;
+  outcome.details = {{"iterations", result.iterations}};
+  outcome.sentence = fmt::format("{} iterations{}", result.iterations, result.stopped ? ", stopped" : "");
+  return outcome;
+}
+
+Outcome run_toro(const Task& task) {
+  Progress progress("spreading errors over the tree");
+  return back_end_outcome(
+      optimize_toro(task.graph, {},
+                    {.progress = [&](std::uint32_t done, std::uint32_t total) { progress(done, total); },
+                     .stop_requested = [&] { return task.stop.received() != 0; }}));
+}
+
+Outcome run_hogman(const Task& task) {
+  Progress progress("optimizing the hierarchy");
+  const HogManResult result =
+      optimize_hogman(task.graph, {},
+                      {.progress = [&](std::uint32_t done, std::uint32_t total) { progress(done, total); },
+                       .stop_requested = [&] { return task.stop.received() != 0; }});
+  Outcome outcome = back_end_outcome(result);
+  outcome.details["level_vertices"] = result.level_vertices;
+  return outcome;
+}
+
 struct Method {
   const char* name;
   const char* what;
@@ -168,6 +199,8 @@ struct Method {
 constexpr std::array methods = {
     Method{"gn", "Gauss-Newton / Levenberg-Marquardt over all edges at once", run_gauss_newton},
     Method{"elch", "each loop edge closed in order with LOA", run_elch},
+    Method{"toro", "stochastic gradient descent over a tree: near the optimum from any start", run_toro},
+    Method{"hogman", "Gauss-Newton over a hierarchy of graphs", run_hogman},
     Method{"lum", "all scans of a map matched to each other at once", run_lum_method},
 };
 
@@ -187,6 +220,8 @@ trajectory.tum. Of a map folder a complete map folder comes out.
               chain), spanning-tree, chordal (orientations first), or best, the better of file and chordal.
 --with elch   starts from odometry and closes one loop after the other; not the optimum, but what the vehicle does.
               --sharing trails (as the mapper: best for few loops) or paper (for graphs dense with loops).
+--with toro   good from a poor start, not quite the optimum. --with hogman: a hierarchy first, then the optimum.
+              Both: docs/back-ends.md.
 --with lum    global relaxation (docs/lum.md): scans near each other are linked and matched, all poses solved for at once,
               again and again until nothing moves. Takes the scans from where 'alces map' found them, or --scans. Links
               that pull against all others are named. Ctrl-C keeps the map so far, --resume goes on.

@@ -207,9 +207,9 @@ std::vector<std::string> MapRun::warnings() const {
     warnings.push_back(fmt::format("{} loops are not listed; raise memory.loop_capacity in --config",
                                    mapper_->counters().loops_not_listed));
   if (mapper_->counters().loops_not_relaxed > 0)
-    warnings.push_back(fmt::format("{} of {} loops were shared out by LOA, for the optimiser in its place could not: {}",
-                                   mapper_->counters().loops_not_relaxed, mapper_->counters().loops_closed,
-                                   relaxation_->problem()));
+    warnings.push_back(fmt::format(
+        "{} of {} loops were shared out by LOA, for the optimiser in its place could not: {}",
+        mapper_->counters().loops_not_relaxed, mapper_->counters().loops_closed, relaxation_->problem()));
   return warnings;
 }
 

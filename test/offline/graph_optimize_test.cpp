@@ -89,6 +89,20 @@ TEST_CASE("optimize: a graph file comes out as one, in the format of its name") 
   CHECK(content_of(folder / "paper.g2o") != content_of(folder / "out.g2o"));
 }
 
+TEST_CASE("optimize: every method takes a graph file, and none makes it worse") {
+  const TemporaryFolder folder;
+  const ConstraintGraph graph = sample_graph({.poses = 60, .loops = 6, .streets = 3});
+  write_graph(folder / "in.g2o", graph, GraphFormat::g2o);
+  for (const char* method : {"gn", "toro", "hogman"}) {
+    CAPTURE(method);
+    const Outcome outcome = run(folder, std::string("in.g2o --out out.g2o --json --with ") + method);
+    INFO(outcome.err);
+    REQUIRE(outcome.status == 0);
+    CHECK(nlohmann::json::parse(outcome.out).is_object());
+    CHECK(chi_squared(read_graph(folder / "out.g2o")) <= chi_squared(graph));
+  }
+}
+
 TEST_CASE("optimize: a graph file and a folder's name give graph.g2o and trajectory.tum") {
   const TemporaryFolder folder;
   write_graph(folder / "in.graph", sample_graph({}), GraphFormat::toro);

@@ -58,8 +58,8 @@ struct RowResult {
   std::size_t scans = 0;
   std::uint32_t loops_closed = 0;
   std::uint32_t loops_refused = 0;
-  std::uint32_t iterations = 0;  ///< of LUM, TORO, HOG-Man afterwards; of LUM online, all together
-  bool is_converged = true;      ///< of LUM afterwards
+  std::uint32_t iterations = 0;       ///< of LUM, TORO, HOG-Man afterwards; of LUM online, all together
+  bool is_converged = true;           ///< of LUM afterwards
   std::vector<std::string> warnings;  ///< of its run, without the source's
   RowTimes times;
   Trajectory trajectory;
