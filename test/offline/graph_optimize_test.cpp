@@ -99,7 +99,7 @@ TEST_CASE("optimize: every method takes a graph file, and none makes it worse") 
     INFO(outcome.err);
     REQUIRE(outcome.status == 0);
     CHECK(nlohmann::json::parse(outcome.out).is_object());
-    CHECK(chi_squared(read_graph(folder / "out.g2o")) <= chi_squared(graph));
+    CHECK(chi_squared(read_graph(folder / "out.g2o").graph) <= chi_squared(graph));
   }
 }
 
