@@ -82,7 +82,7 @@ TEST_CASE("without gnuplot the tables are there, and a sentence says what is mis
 
 TEST_CASE("truth of fewer scans counts what it knows, and says so") {
   const TemporaryFolder& folder = room_folder();
-  folder.write("few.tum", "0 0 0 0 0 0 0 1\n1 0.2 0.05 0 0 0 0.005 1\n2 0.4 0.1 0 0 0 0.01 1\n");
+  folder.write("few.tum", "0 0 0 0 0 0 0 1\n4 0.8 0.2 0 0 0 0.02 1\n9 1.8 0.45 0 0 0 0.045 1\n");
   const ProgramOutcome outcome =
       run_alces(folder, "compare scans --truth few.tum --out few --only icp --no-plots --json");
   INFO(outcome.err);

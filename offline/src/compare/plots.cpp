@@ -83,7 +83,8 @@ void Plotter::style() const {
       "set grid lc rgb '#dddddd' lw 1 lt 1\n"
       "set border 3 lc rgb '#666666'\n"
       "set tics nomirror textcolor rgb '#333333'\n"
-      "set key below maxrows 2 samplen 2 textcolor rgb '#333333'\n"
+      "set key above samplen 2 width 2 textcolor rgb '#333333'\n"
+      "set xrange [*:*] noextend\n"
       "color_truth = '#000000'\n";
   for (const CompareRow& row : compare_rows())
     text += fmt::format("color_{} = '{}'\n", variable(row.key), row.color);
@@ -211,6 +212,7 @@ void Plotter::convergence(std::size_t watched) {
                           sample.translation_m, sample.quaternion_angle_deg);
     const std::string kind = fmt::format("convergence-{}", scan);
     data(fmt::format("{}-{}", kind, row.row.key), text);
+    if (row.watched[watched].samples.size() < 2) continue;  // nothing has moved it
     const bool is_part_of_another =
         row.row.key == "elch" &&
         std::any_of(result_.rows.begin(), result_.rows.end(),
@@ -229,7 +231,7 @@ void Plotter::convergence(std::size_t watched) {
   const auto zoomed = [&](const char* columns) {
     std::vector<std::string> curves = {curve(kind, shaded->row, columns, "steps lw 2")};
     curves.insert(curves.end(), legend.begin(), legend.end());
-    return "set key below\n" + plot_command(curves);
+    return plot_command(curves);
   };
   const std::string shade = bands(shaded->watched[watched].samples);
   figure(kind, 1200, 760,
@@ -252,6 +254,7 @@ void Plotter::run_time() {
       const RowTimes& times = row->times;
       const double front_s = post ? times.post_front_end_s : times.online_front_end_s;
       const double back_s = post ? times.post_back_end_s : times.online_back_end_s;
+      if (front_s <= 0 && back_s <= 0) continue;
       // 0 has no logarithm, and no bar
       text +=
           fmt::format("\"{}\" {} {}\n", row->row.title, front_s > 0 ? fmt::format("{:.6f}", front_s) : "NaN",

@@ -10,12 +10,14 @@
 #include "alces/arena.h"
 #include "alces_offline/lum/prepared_scan.h"
 #include "alces_offline/output_file.h"
+#include "surface_agreement.h"
 
 namespace alces::offline {
 namespace {
 
 constexpr std::uint32_t correspondence_capacity = 4096;
 constexpr double still_moving_m = 0.01;
+constexpr double least_curvature_ratio = 0.01;  // a street with few walls across it has 0.05
 
 ReferenceVerdict judge(const IcpResult& match, double last_moved_m, const ReferenceSettings& settings) {
   if (match.verdict == IcpVerdict::too_few_correspondences) return ReferenceVerdict::too_few;
@@ -51,6 +53,11 @@ class Matcher {
     const double last_moved_m = match.iterations > 0 ? trace_[match.iterations - 1].moved_m : 0;
     pose.verdict = judge(match, last_moved_m, settings_);
     pose.map_from_body = match.model_from_data;
+    if (pose.verdict == ReferenceVerdict::trusted &&
+        surface_agreement(scan, match.model_from_data, map.tree(),
+                          static_cast<double>(settings_.match.last_distance_limit_m))
+                .least_curvature_ratio < least_curvature_ratio)
+      pose.verdict = ReferenceVerdict::undetermined;
     pose.overlap = match.overlap;
     pose.rms_m = match.rms_m;
     pose.correspondences = match.correspondences;
