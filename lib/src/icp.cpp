@@ -96,6 +96,68 @@ class NormalEquations {
   Vector6d b_ = Vector6d::Zero();
 };
 
+// Weighted sums over correspondences of whole points: what Horn's closed form needs, and the same normal
+// equations as rows of points would give, in the time of one row instead of three. Summed as there.
+class PointSums {
+ public:
+  void add(const Point& q, const Point& error_m, float weight) {
+    const Lanes place = {q.x, q.y, q.z, 1};
+    const Lanes error = {error_m.x, error_m.y, error_m.z, 0};
+    const Lanes weighted = weight * place;
+    for (int row = 0; row < 4; ++row) {
+      place_[row] += weighted[row] * place;
+      error_[row] += weighted[row] * error;
+    }
+    if (++pending_ == carry_after) carry();
+  }
+  void carry() {
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 4; ++column)
+        places_(row, column) += static_cast<double>(place_[row][column]);
+      for (int column = 0; column < 3; ++column)
+        errors_(row, column) += static_cast<double>(error_[row][column]);
+      place_[row] = Lanes{};
+      error_[row] = Lanes{};
+    }
+    pending_ = 0;
+  }
+  /// All after carry(). Sums of w (target, q); target = q + error.
+  [[nodiscard]] HornSums pairs() const {
+    const Eigen::Vector3d place = places_.bottomLeftCorner<1, 3>().transpose();
+    return {places_(3, 3), place + errors_.row(3).transpose(), place,
+            places_.topLeftCorner<3, 3>() + errors_.topRows<3>()};
+  }
+  [[nodiscard]] Matrix6d matrix() const {  // rows [ I | -[q]x ]
+    const Eigen::Matrix3d products = places_.topLeftCorner<3, 3>();
+    const double x = places_(3, 0);
+    const double y = places_(3, 1);
+    const double z = places_(3, 2);
+    Eigen::Matrix3d cross_sum;
+    cross_sum << 0, -z, y, z, 0, -x, -y, x, 0;
+    Matrix6d h;
+    h.topLeftCorner<3, 3>() = places_(3, 3) * Eigen::Matrix3d::Identity();
+    h.bottomLeftCorner<3, 3>() = cross_sum;
+    h.topRightCorner<3, 3>() = -cross_sum;
+    h.bottomRightCorner<3, 3>() = products.trace() * Eigen::Matrix3d::Identity() - products;
+    return h;
+  }
+  [[nodiscard]] Vector6d right_side() const {  // the torque q x e is the antisymmetric part of q e^T
+    Vector6d b;
+    b << errors_.row(3).transpose(), errors_(1, 2) - errors_(2, 1), errors_(2, 0) - errors_(0, 2),
+        errors_(0, 1) - errors_(1, 0);
+    return b;
+  }
+
+ private:
+  typedef float Lanes __attribute__((vector_size(16)));
+  static constexpr std::uint32_t carry_after = 32;
+  Lanes place_[4] = {};  // of w (q, 1) (q, 1)^T
+  Lanes error_[4] = {};  // of w (q, 1) (error, 0)^T
+  std::uint32_t pending_ = 0;
+  Eigen::Matrix4d places_ = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 4, 3> errors_ = Eigen::Matrix<double, 4, 3>::Zero();
+};
+
 // Moments of the correspondences, from which Appendix A's sums follow.
 struct Moments {
   std::uint32_t count = 0;
@@ -151,25 +213,28 @@ struct Minimizer {
   Minimizer(const IcpConfig& icp_config, float robust_scale_m)
       : config(icp_config), scale_m(robust_scale_m) {}
 
+  /// Whole distances.
+  void add(const Point& target, const Point& q) {
+    const Point error_m = target - q;
+    const float squared_m2 = dot(error_m, error_m);
+    const float weight = robust_weight(squared_m2, scale_m);
+    ++count;
+    points.add(q, error_m, weight);
+    add_residual(squared_m2, weight);
+  }
+  /// Distances along normals, where there are some.
   void add(const Point& target, const Point& q, const Point& normal, float plane_weight) {
     const Point error_m = target - q;
     ++count;
-    if (config.metric == IcpMetric::surface && plane_weight > 0) {
+    if (plane_weight > 0) {
       const float along_m = dot(normal, error_m);
       const float weight = plane_weight * robust_weight(along_m * along_m, scale_m);
       equations.add_plane(q, normal, along_m, weight);
       add_residual(along_m * along_m, weight);
       return;
     }
-    const float squared_m2 = dot(error_m, error_m);
-    float weight = robust_weight(squared_m2, scale_m);
-    if (config.metric == IcpMetric::surface) {
-      weight *= config.rough_weight;
-    } else {
-      pairs.add(as_vector(target), as_vector(q), static_cast<double>(weight));
-      add_residual(squared_m2, weight);
-    }
-    equations.add_point(q, error_m, weight);
+    const float weight = robust_weight(dot(error_m, error_m), scale_m);
+    equations.add_point(q, error_m, weight * config.rough_weight);
   }
 
   [[nodiscard]] double rms_m() const { return weight_sum > 0 ? std::sqrt(squared_sum_m2 / weight_sum) : 0; }
@@ -178,7 +243,10 @@ struct Minimizer {
   // points' typical distance, one whose curvature is below `degenerate_ratio` of the largest.
   [[nodiscard]] Step solve(Matrix6d& information) {
     equations.carry();
-    const Matrix6d h = equations.matrix();
+    points.carry();
+    const bool is_of_points = config.metric == IcpMetric::point_to_point;
+    const Matrix6d h = is_of_points ? points.matrix() : equations.matrix();
+    const Vector6d right_side = is_of_points ? points.right_side() : equations.right_side();
     information = h / std::max(1e-6, rms_m() * rms_m());
     const double lever_m = std::sqrt(h.bottomRightCorner<3, 3>().trace() / h.topLeftCorner<3, 3>().trace());
     Vector6d unit = Vector6d::Ones();
@@ -189,13 +257,13 @@ struct Minimizer {
     for (int i = 0; i < 6; ++i) {
       const Vector6d direction = unit.cwiseProduct(eigen.vectors.col(i));
       if (eigen.values[i] > static_cast<double>(config.degenerate_ratio) * eigen.values[5]) {
-        twist += direction.dot(equations.right_side()) / eigen.values[i] * direction;
+        twist += direction.dot(right_side) / eigen.values[i] * direction;
       } else if (step.weak_direction.isZero()) {
         step.weak_direction = direction.normalized();
       }
     }
-    const bool in_closed_form = config.metric == IcpMetric::point_to_point && step.weak_direction.isZero();
-    step.model_from_model = in_closed_form ? horn(pairs) : exp_se3(twist);
+    const bool in_closed_form = is_of_points && step.weak_direction.isZero();
+    step.model_from_model = in_closed_form ? horn(points.pairs()) : exp_se3(twist);
     return step;
   }
 
@@ -210,7 +278,7 @@ struct Minimizer {
   }
 
   NormalEquations equations;
-  HornSums pairs;
+  PointSums points;
   double squared_sum_m2 = 0;
   double weight_sum = 0;
 };
@@ -263,11 +331,37 @@ std::uint32_t Icp::gather(std::span<const IcpScan> data) {
       point.point = data_from_body * scan.tree->point(sample.index);
       point.normal = data_from_body.rotate({sample.normal[0], sample.normal[1], sample.normal[2]});
       point.plane_weight = std::max(0.0F, 1.0F - sample.roughness / planar_roughness);
-      point.model = 0;
+      point.model = maximum_model_scans;  // none
       point.nearest = Neighbor::none;
     }
   }
   return count;
+}
+
+// Near the end of a match points move by millimetres, and most of their neighbours stay the same. A search is
+// spared where that is certain: the neighbour is nearer than any other point can have come since. The answers
+// are those of the searches, to the bit.
+void Icp::find_nearest(DataPoint& point, std::uint32_t m, const KdTree& tree, const Point& place,
+                       float limit_m) {
+  std::uint32_t hint = Neighbor::none;
+  if (point.model == m) {
+    const Point moved = place - point.asked;
+    const float rounding_m = 1e-4F + 1e-6F * (std::abs(place.x) + std::abs(place.y) + std::abs(place.z));
+    const float others_m = point.others_m - std::sqrt(dot(moved, moved)) - rounding_m;
+    hint = point.nearest;
+    if (hint == Neighbor::none) {
+      if (limit_m < others_m) return;
+    } else {
+      const Point error_m = tree.point(hint) - place;
+      const float squared_m2 = dot(error_m, error_m);
+      if (squared_m2 < limit_m * limit_m && others_m > 0 && squared_m2 < others_m * others_m) return;
+    }
+  }
+  float others_m2 = 0;
+  point.nearest = tree.nearest(place, limit_m * limit_m, hint, others_m2).index;
+  point.model = m;
+  point.asked = place;
+  point.others_m = std::sqrt(others_m2);
 }
 
 IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> data,
@@ -282,6 +376,7 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
 
   float limit_m = config.first_distance_limit_m;
   float scale_m = 0;  // of the robust weights: follows the residuals down
+  const bool has_planes = config.metric == IcpMetric::surface;
   result.verdict = IcpVerdict::iteration_limit;
   for (std::uint32_t iteration = 0; iteration < config.maximum_iterations; ++iteration) {
     const bool is_fine = limit_m <= config.last_distance_limit_m;
@@ -297,14 +392,16 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
     for (std::size_t i = 0; i < points.size(); i += stride) {
       DataPoint& point = points[i];
       const auto m = static_cast<std::uint32_t>((i / stride) % model.size());  // the model's scans in turn
-      const std::uint32_t hint = point.model == m ? point.nearest : Neighbor::none;
-      point.model = m;
-      point.nearest = model[m].tree->nearest(body_from_data[m] * point.point, limit_m * limit_m, hint).index;
+      find_nearest(point, m, *model[m].tree, body_from_data[m] * point.point, limit_m);
       ++result.queries;
       if (point.nearest == Neighbor::none) continue;
       const Point target = model_from_body[m] * model[m].tree->point(point.nearest);
-      minimizer.add(target, model_from_data * point.point, model_from_data.rotate(point.normal),
-                    point.plane_weight);
+      const Point place = model_from_data * point.point;
+      if (has_planes) {
+        minimizer.add(target, place, model_from_data.rotate(point.normal), point.plane_weight);
+      } else {
+        minimizer.add(target, place);
+      }
     }
     result.iterations = iteration + 1;
     result.correspondences = minimizer.count;

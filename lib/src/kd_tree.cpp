@@ -168,14 +168,17 @@ void KdTree::bound_boxes() {
 
 // Visits leaves, nearest box first where it matters. `visit(leaf_index)` measures a leaf and returns the
 // squared radius from then on. Rounding is monotonic and boxes are measured in the same order of operations
-// as points, so that no point is ever nearer than the box around it: the search is exact.
-template <typename Visit>
-inline void KdTree::search(const Point& query, float radius_m2, Visit&& visit) const {
-  if (size_ == 0) return;
+// as points, so that no point is ever nearer than the box around it: the search is exact. Returns, if
+// keeps_bound, the squared distance of the nearest box that was left out.
+template <bool keeps_bound, typename Visit>
+inline float KdTree::search(const Point& query, float radius_m2, Visit&& visit) const {
+  float left_out_m2 = std::numeric_limits<float>::infinity();
+  if (size_ == 0) return left_out_m2;
   if (levels_ == 0) {
     visit(0U);
-    return;
+    return left_out_m2;
   }
+  Lanes children_left_out_m2 = all(left_out_m2);
   struct Pending {
     float box_m2;
     std::uint32_t level;  // of the node; 0: a leaf
@@ -197,6 +200,10 @@ inline void KdTree::search(const Point& query, float radius_m2, Visit&& visit) c
       const Lanes dy = larger(larger(load(node.low[1]) - qy, qy - load(node.high[1])), zero);
       const Lanes dz = larger(larger(load(node.low[2]) - qz, qz - load(node.high[2])), zero);
       const Lanes box_m2 = dx * dx + dy * dy + dz * dz;
+      if constexpr (keeps_bound) {
+        const Lanes left_out = box_m2 < all(radius_m2) ? all(std::numeric_limits<float>::infinity()) : box_m2;
+        children_left_out_m2 = smaller(left_out, children_left_out_m2);
+      }
       std::uint32_t within = less_mask(box_m2, all(radius_m2));
       if (within != 0) {
         float child_m2[lane_count];
@@ -213,14 +220,20 @@ inline void KdTree::search(const Point& query, float radius_m2, Visit&& visit) c
         continue;
       }
     }
-    do {
-      if (depth == 0) return;
+    for (;;) {
+      if (depth == 0)
+        return keeps_bound ? std::min(left_out_m2, smallest(children_left_out_m2)) : left_out_m2;
       at = stack[--depth];
-    } while (!(at.box_m2 < radius_m2));
+      if (at.box_m2 < radius_m2) break;
+      if constexpr (keeps_bound) left_out_m2 = std::min(left_out_m2, at.box_m2);
+    }
   }
 }
 
-Neighbor KdTree::nearest(const Point& query, float radius_m2, std::uint32_t hint) const {
+template <bool keeps_bound>
+inline Neighbor KdTree::find_nearest(const Point& query, float radius_m2, std::uint32_t hint,
+                                     float& others_m2) const {
+  float nearest_other_m2 = std::numeric_limits<float>::infinity();  // among the points that were measured
   Neighbor best{Neighbor::none, radius_m2};
   if (hint < size_) {
     const Point p = point(hint);
@@ -233,7 +246,7 @@ Neighbor KdTree::nearest(const Point& query, float radius_m2, std::uint32_t hint
   const Lanes qx = all(query.x);
   const Lanes qy = all(query.y);
   const Lanes qz = all(query.z);
-  search(query, best.squared_m2, [&](std::uint32_t leaf_index) {
+  const float left_out_m2 = search<keeps_bound>(query, best.squared_m2, [&](std::uint32_t leaf_index) {
     const Leaf& leaf = leaves_[leaf_index];
     Lanes squared[leaf_size / lane_count];
     for (std::uint32_t part = 0; part < leaf_size / lane_count; ++part) {
@@ -245,15 +258,36 @@ Neighbor KdTree::nearest(const Point& query, float radius_m2, std::uint32_t hint
     const Lanes least = smaller(smaller(squared[0], squared[1]), smaller(squared[2], squared[3]));
     const float lowest = smallest(least);
     if (lowest < best.squared_m2) {
+      if (keeps_bound && best.index != Neighbor::none)
+        nearest_other_m2 = std::min(nearest_other_m2, best.squared_m2);
       best.squared_m2 = lowest;
       std::uint32_t lane = 0;
       while (squared[lane / lane_count][lane % lane_count] != lowest) ++lane;
       best.index = leaf_index * leaf_size + lane;
     }
+    if constexpr (keeps_bound) {
+      if (best.index / leaf_size == leaf_index) {
+        const std::uint32_t lane = best.index % leaf_size;
+        squared[lane / lane_count][lane % lane_count] = std::numeric_limits<float>::infinity();
+      }
+      const float other_m2 =
+          smallest(smaller(smaller(squared[0], squared[1]), smaller(squared[2], squared[3])));
+      nearest_other_m2 = std::min(nearest_other_m2, other_m2);
+    }
     return best.squared_m2;
   });
+  if constexpr (keeps_bound) others_m2 = std::min(nearest_other_m2, left_out_m2);
   if (best.index == Neighbor::none) return {};
   return best;
+}
+
+Neighbor KdTree::nearest(const Point& query, float radius_m2, std::uint32_t hint) const {
+  float others_m2 = 0;
+  return find_nearest<false>(query, radius_m2, hint, others_m2);
+}
+
+Neighbor KdTree::nearest(const Point& query, float radius_m2, std::uint32_t hint, float& others_m2) const {
+  return find_nearest<true>(query, radius_m2, hint, others_m2);
 }
 
 std::uint32_t KdTree::nearest(const Point& query, float radius_m2, std::span<Neighbor> neighbors) const {
@@ -264,7 +298,7 @@ std::uint32_t KdTree::nearest(const Point& query, float radius_m2, std::span<Nei
   const Lanes qx = all(query.x);
   const Lanes qy = all(query.y);
   const Lanes qz = all(query.z);
-  search(query, radius_m2, [&](std::uint32_t leaf_index) {
+  search<false>(query, radius_m2, [&](std::uint32_t leaf_index) {
     const Leaf& leaf = leaves_[leaf_index];
     for (std::uint32_t part = 0; part < leaf_size / lane_count; ++part) {
       const Lanes dx = load(&leaf.xyz[0][lane_count * part]) - qx;

@@ -12,7 +12,8 @@ enum class Kind : std::uint8_t { first, second, count };
 
 }  // namespace
 
-TEST_CASE("a notice of something that goes on is told less and less often, and again at once after a silence") {
+TEST_CASE(
+    "a notice of something that goes on is told less and less often, and again at once after a silence") {
   NoticeLog log;
   SpacedNotices<Kind> notices(log, "part");
   const auto told_at = [&log](std::int64_t begin_ms, std::int64_t end_ms, auto&& raise) {

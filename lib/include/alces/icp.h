@@ -113,7 +113,11 @@ class Icp {
     float plane_weight;     // 0: no plane
     std::uint32_t model;    // scan that the sample asked last
     std::uint32_t nearest;  // what it answered
+    Point asked;            // from where, in that scan's frame
+    float others_m;         // how far from there all other points of that scan are at least
   };
+  static void find_nearest(DataPoint& point, std::uint32_t m, const KdTree& tree, const Point& place,
+                           float limit_m);
 
   std::uint32_t gather(std::span<const IcpScan> data);
 

@@ -74,6 +74,11 @@ class KdTree {
   [[nodiscard]] Neighbor nearest(const Point& query, float radius_m2,
                                  std::uint32_t hint = Neighbor::none) const;
 
+  /// The same, and how near any *other* point of the tree can be at most: squared, a lower bound. As long as
+  /// a query has moved by less than what the answer is nearer, the answer stands (Icp asks only then anew).
+  [[nodiscard]] Neighbor nearest(const Point& query, float radius_m2, std::uint32_t hint,
+                                 float& others_m2) const;
+
   /// The up to neighbors.size() (at most maximum_neighbors) nearest points closer than sqrt(radius_m2),
   /// ascending; returns how many. A point of the tree finds itself at distance zero.
   std::uint32_t nearest(const Point& query, float radius_m2, std::span<Neighbor> neighbors) const;
@@ -99,8 +104,10 @@ class KdTree {
   }
 
   void bound_boxes();
-  template <typename Visit>
-  void search(const Point& query, float radius_m2, Visit&& visit) const;
+  template <bool keeps_bound, typename Visit>
+  float search(const Point& query, float radius_m2, Visit&& visit) const;
+  template <bool keeps_bound>
+  Neighbor find_nearest(const Point& query, float radius_m2, std::uint32_t hint, float& others_m2) const;
 
   static constexpr std::uint32_t maximum_levels = 12;  // of 4^12 leaves
 
