@@ -34,7 +34,7 @@ double difference(const Matrix& a, const Matrix& b) {
   return (a - b).norm() / std::max(1.0, a.norm());
 }
 
-void check_same(const ConstraintGraph& a, const ConstraintGraph& b) {
+void check_same(const ConstraintGraph& a, const ConstraintGraph& b, double tolerance = 1e-9) {
   REQUIRE(a.is_planar == b.is_planar);
   REQUIRE(a.vertices.size() == b.vertices.size());
   REQUIRE(a.constraints.size() == b.constraints.size());
@@ -54,16 +54,17 @@ void check_same(const ConstraintGraph& a, const ConstraintGraph& b) {
     worst = std::max(worst, a.is_planar ? difference(c.planar_information, d.planar_information)
                                         : difference(c.information, d.information));
   }
-  CHECK(worst < 1e-9);
-  CHECK(chi_squared(b) == Approx(chi_squared(a)).epsilon(1e-9));
+  CHECK(worst < tolerance);
+  CHECK(chi_squared(b) == Approx(chi_squared(a)).epsilon(tolerance));
 }
 
+constexpr std::size_t closed_loops = 10;
 constexpr EdgeVariance variance{0.01, 0.04, 0.0025, 0.0012};
 
 /// A map folder whose edges are as a mapper writes them; the returned graph is that of its graph.g2o.
 ConstraintGraph write_map(const fs::path& map) {
   fs::create_directories(map);
-  ConstraintGraph graph = sample_graph({.poses = 60, .loops = 6, .streets = 3});
+  ConstraintGraph graph = sample_graph({.streets = 4});
   nlohmann::json loops = nlohmann::json::array();
   for (Constraint& c : graph.constraints) {
     c.information = g2o_information(variance, graph.vertices[c.to].map_from_body.rotation);
@@ -76,7 +77,7 @@ ConstraintGraph write_map(const fs::path& map) {
                      {"correction_deg", 90},
                      {"iterations", 11}});
   }
-  REQUIRE(loops.size() == 6);
+  REQUIRE(loops.size() == closed_loops);
   loops.push_back(
       {{"first", 3}, {"last", 20}, {"accepted", false}, {"reason", "too little overlap"}, {"rms_m", 0.5}});
   write_graph(map / "graph.g2o", graph, GraphFormat::g2o);
@@ -176,8 +177,8 @@ TEST_CASE("a map's edges and loops are in its recording, each after the scan tha
   }
   CHECK(poses == graph.vertices.size());
   CHECK(edges == graph.constraints.size());
-  CHECK(closing == 6);
-  CHECK(closed == 6);
+  CHECK(closing == closed_loops);
+  CHECK(closed == closed_loops);
   CHECK(refused == 1);
 
   convert(folder, "map.mcap back.g2o");
@@ -188,7 +189,7 @@ TEST_CASE("a map's edges and loops are in its recording, each after the scan tha
   };
   std::sort(back.constraints.begin(), back.constraints.end(), by_ends);
   std::sort(in_order.constraints.begin(), in_order.constraints.end(), by_ends);
-  check_same(in_order, back);
+  check_same(in_order, back, 1e-6);  // poses are those of trajectory.tum, to 1e-7 m
   convert(folder, "map direct.g2o");
   check_same(graph, read_graph(folder / "direct.g2o").graph);
 }
@@ -205,7 +206,6 @@ TEST_CASE("what is no graph, or cannot become one, is refused in one sentence, a
   folder.write("singular.g2o", vertices + "EDGE_SE2 0 1 1 0 0 0 0 0 1 0 1\n");
   folder.write("cut.g2o", vertices + edge.substr(0, 20));
   folder.write("empty.g2o", "");
-  folder.write("negative.g2o", "VERTEX_SE2 -3 0 0 0\n");
   folder.write("one.tum", "0 0 0 0 0 0 0 1\n");
   folder.write("cloud.xyz", "1,2,3\n");
   const auto refuse = [&](const std::string& arguments, int status, const char* words) {
@@ -213,7 +213,8 @@ TEST_CASE("what is no graph, or cannot become one, is refused in one sentence, a
     const ProgramOutcome outcome = run_alces(folder, "convert " + arguments);
     INFO(outcome.err);
     CHECK(outcome.status == status);
-    CHECK(is_one_sentence(outcome.err));
+    CHECK_THAT(outcome.err, Catch::StartsWith("alces: "));
+    if (status != 2) CHECK(is_one_sentence(outcome.err));  // after a wrong call: where to find help
     CHECK_THAT(outcome.err, Contains(words));
   };
   refuse("tag.g2o out.graph", 3, "tag.g2o:3");
@@ -223,7 +224,6 @@ TEST_CASE("what is no graph, or cannot become one, is refused in one sentence, a
   refuse("singular.g2o out.graph", 3, "singular.g2o:3");
   refuse("cut.g2o out.kitti", 3, "cut.g2o:3");
   refuse("empty.g2o out.graph", 3, "empty.g2o");
-  refuse("negative.g2o frames", 3, "from 0");
   refuse("nowhere.g2o out.graph", 3, "does not exist");
   refuse("good.g2o out.ply", 2, "has no points");
   refuse("good.g2o out.mcap", 2, "has no points");
@@ -232,8 +232,8 @@ TEST_CASE("what is no graph, or cannot become one, is refused in one sentence, a
   refuse("good.g2o /dev/full --to toro", 5, "/dev/full");
   refuse("good.g2o nowhere/out.graph", 5, "nowhere");
   write_map(folder / "map");
-  folder.write("map/run.json", R"({"loops": [{"first": 3, "last": 60}]})");
-  refuse("map out.mcap", 3, "loop 0 names no scan below 60 as \"last\"");
+  folder.write("map/run.json", R"({"loops": [{"first": 3, "last": 200}]})");
+  refuse("map out.mcap", 3, "loop 0 names no scan below 200 as \"last\"");
   folder.write("map/run.json", "{");
   refuse("map out.mcap", 3, "is no JSON object");
   fs::remove(folder / "map/run.json");
@@ -244,7 +244,7 @@ TEST_CASE("what is no graph, or cannot become one, is refused in one sentence, a
   convert(folder, "map edgeless.mcap");
   refuse("edgeless.mcap out.g2o", 3, "no edges of a pose graph");
   for (const char* name :
-       {"out.g2o", "out.graph", "out.tum", "out.kitti", "out.ply", "out.mcap", "out.mcap.part", "frames"})
+       {"out.g2o", "out.graph", "out.tum", "out.kitti", "out.ply", "out.mcap", "out.mcap.part"})
     CHECK_FALSE(fs::exists(folder / name));
 }
 

@@ -7,8 +7,7 @@
 
 namespace alces::offline {
 
-/// The poses of a graph file in the order of their ids, which are the stamps. InputError; also for an id
-/// below 0 where the form names a file by it (frames).
+/// The poses of a graph file in the order of their ids, which are the stamps. InputError.
 [[nodiscard]] Trajectory trajectory_of_graph(const MapConversion& conversion);
 
 /// Writes graph as g2o or TORO, by conversion.form, and counts into `report`.
