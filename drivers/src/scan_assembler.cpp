@@ -159,8 +159,8 @@ bool ScanAssembler::is_settled(const Waiting& profile, bool is_end) {
     return course.begin_angle.status == status || course.end_angle.status == status;
   };
   if (either_is(AngleStatus::lost) || either_is(AngleStatus::too_old)) {
-    drop(counters_.profiles_angle_lost, NoticeKind::lost, profile.end_ns,
-         "the head's angle is lost: profiles are dropped");
+    const char* const said = was_angle_known_ ? "the head's angle is lost: profiles are dropped" : nullptr;
+    drop(counters_.profiles_angle_lost, NoticeKind::lost, profile.end_ns, said);
     return true;
   }
   if (either_is(AngleStatus::not_yet)) {
@@ -169,6 +169,7 @@ bool ScanAssembler::is_settled(const Waiting& profile, bool is_end) {
          "the head's angle does not become known in time: profiles are dropped");
     return true;
   }
+  was_angle_known_ = true;
   if (!ask_motion(profile, is_due, course)) return false;
   const double angle_rad = course.middle_angle_rad();
   if (!(std::abs(angle_rad) < largest_angle_rad) ||
@@ -193,7 +194,8 @@ void ScanAssembler::drop(std::uint64_t& counter, NoticeKind kind, std::int64_t s
   ++counter;
   open_.is_broken = true;
   ++open_.dropped;
-  notices_.raise(kind, Severity::warning, stamp_ns, text, static_cast<std::int64_t>(counter));
+  if (text != nullptr)
+    notices_.raise(kind, Severity::warning, stamp_ns, text, static_cast<std::int64_t>(counter));
 }
 
 bool ScanAssembler::ask_motion(const Waiting& profile, bool is_due, Course& course) {

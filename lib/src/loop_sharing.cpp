@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "alces/symmetric_solve.h"
 
@@ -46,6 +47,11 @@ Vector6d offset_between(const Pose& from, const Pose& to) {
   return offset;
 }
 
+// A pose may turn by what the offset turns, and by a degree for each metre of it. On real drives trails stay
+// below half of that; where every pose is in several loops, they do not, and the next loop finds a larger
+// offset.
+constexpr double turn_rad_per_m = std::numbers::pi / 180;
+
 constexpr int most_rounds = 6;        // the chain is bent by linear steps; each round squares the error
 constexpr double good_enough = 1e-7;  // m and rad
 
@@ -78,14 +84,10 @@ Status LoopSharing::share(PoseGraph& graph, const Pose& map_from_l, SharingRule 
   if (optimizer_.trails().empty()) return Status::disconnected;
   if (!is_valid(map_from_l)) return Status::bad_pose;
   const Pose map_from_first = poses[0];
-  if (rule == SharingRule::paper) {
-    for (std::uint32_t cost = 0; cost < 4; ++cost) {
-      const Status status = optimizer_.weights(static_cast<LoopCost>(cost), weights_[cost]);
-      if (status != Status::ok) return status;
-    }
-    share_as_the_paper(poses, map_from_l);
-  } else {
-    share_along_trails(graph, map_from_l);
+  if (rule == SharingRule::trails) share_along_trails(graph, map_from_l);
+  if (rule == SharingRule::paper || is_swung(poses, map_from_l)) {
+    const Status status = share_as_the_paper(poses, map_from_l);
+    if (status != Status::ok) return status;
   }
   // Appendix B, equation 7: the origin stays.
   const Pose map_from_bent = map_from_first * bent_[0].inverse();
@@ -94,7 +96,11 @@ Status LoopSharing::share(PoseGraph& graph, const Pose& map_from_l, SharingRule 
   return Status::ok;
 }
 
-void LoopSharing::share_as_the_paper(std::span<Pose> poses, const Pose& map_from_l) {
+Status LoopSharing::share_as_the_paper(std::span<const Pose> poses, const Pose& map_from_l) {
+  for (std::uint32_t cost = 0; cost < 4; ++cost) {
+    const Status status = optimizer_.weights(static_cast<LoopCost>(cost), weights_[cost]);
+    if (status != Status::ok) return status;
+  }
   const Pose map_from_f = poses[f_];
   const Pose f_from_map = map_from_f.inverse();
   const Pose offset = f_from_map * map_from_l * poses[l_].inverse() * map_from_f;
@@ -107,6 +113,18 @@ void LoopSharing::share_as_the_paper(std::span<Pose> poses, const Pose& map_from
     share.rotation = exp_so3(weights_[3][i] * rotation_vector_rad);  // slerp from the identity
     bent_[i] = map_from_f * share * f_from_map * poses[i];
   }
+  return Status::ok;
+}
+
+bool LoopSharing::is_swung(std::span<const Pose> poses, const Pose& map_from_l) const {
+  const Vector6d offset = offset_between(poses[l_], map_from_l);
+  const double most_rad = offset.tail<3>().norm() + turn_rad_per_m * offset.head<3>().norm();
+  const double least_cosine = std::cos(std::min(most_rad, std::numbers::pi) / 2);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double cosine = std::abs(poses[i].rotation.dot(bent_[i].rotation));  // of half the turn
+    if (!(cosine >= least_cosine - 1e-12)) return true;
+  }
+  return false;
 }
 
 void LoopSharing::share_along_trails(const PoseGraph& graph, const Pose& map_from_l) {

@@ -18,6 +18,8 @@
 #include "alces_platform/replay/recording_source.h"
 #include "alces_platform/replay/trace_folder.h"
 #include "alces_platform/replay/trace_writer.h"
+#include "alces_platform/settings/settings_error.h"
+#include "alces_platform/settings/vehicle_settings.h"
 #include "command.h"
 
 namespace alces::offline {
@@ -88,6 +90,19 @@ TraceOptions trace_options(const Options& options) {
     traces.clock_offsets_ns[text.substr(0, equals)] = std::llround(offset_s * 1e9);
   }
   return traces;
+}
+
+/// The encoder's lines as the drive's own configuration names them; none: each by its place.
+std::vector<std::string> configured_lines(const std::string& in) {
+  try {
+    const Traces traces = open_traces(in);
+    if (traces.configuration.empty()) return {};
+    return settings::parse_vehicle_settings(traces.configuration, in).gpio_lines;
+  } catch (const TraceError&) {
+    return {};  // is told when IN is opened for good
+  } catch (const settings::Error&) {
+    return {};  // what is wrong with a configuration is no matter of traces
+  }
 }
 
 TraceWriterOptions writer_options(const Options& options) {
@@ -294,7 +309,7 @@ void convert_map(const Options& options, const MapConversion& conversion) {
   }
 }
 
-void convert(const Options& options) {
+void convert(Options options) {
   if (!fs::exists(options.in)) throw InputError(options.in, "does not exist; check the path");
   std::error_code error;
   if (fs::equivalent(options.in, options.out, error))
@@ -302,7 +317,10 @@ void convert(const Options& options) {
   try {
     if (const std::optional<MapConversion> conversion = map_conversion(options)) {
       convert_map(options, *conversion);
-    } else if (!is_recording_name(options.out)) {
+      return;
+    }
+    if (options.lines.empty()) options.lines = configured_lines(options.in);
+    if (!is_recording_name(options.out)) {
       to_traces(options);
     } else if (!fs::is_directory(options.in) && is_recording_name(options.in)) {
       copy_recording(options);
@@ -335,7 +353,8 @@ void add_convert_command(CLI::App& alces) {
       ->check(CLI::IsMember({"1", "2"}))
       ->capture_default_str();
   verb->add_option("--lines", options->lines,
-                   "offsets or names of the GPIO lines, in their order: 17,27,index")
+                   "offsets or names of the GPIO lines, in their order: 17,27,index (default: as configured "
+                   "in the drive)")
       ->delimiter(',');
   verb->add_option("--interfaces", options->interfaces,
                    "interfaces of the CAN buses, in their order: vcan0,can1")

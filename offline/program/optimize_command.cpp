@@ -219,7 +219,7 @@ trajectory.tum. Of a map folder a complete map folder comes out.
 --with gn     finds the optimum of chi-squared, as g2o counts it. --start says from where: file, odometry (along the
               chain), spanning-tree, chordal (orientations first), or best, the better of file and chordal.
 --with elch   starts from odometry and closes one loop after the other; not the optimum, but what the vehicle does.
-              --sharing trails (as the mapper: best for few loops) or paper (for graphs dense with loops).
+              --sharing trails (as the mapper) or paper (its first rule).
 --with toro   good from a poor start, not quite the optimum. --with hogman: a hierarchy first, then the optimum.
               Both: docs/back-ends.md.
 --with lum    global relaxation (docs/lum.md): scans near each other are linked and matched, all poses solved for at once,

@@ -56,7 +56,10 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
       throw InputError(drive, "holds no configuration of the vehicle; give it with --config vehicle.toml");
     }
     if (!options.deskew) settings_.scanner.assembler.deskew = false;
-    survey(drive);
+    replay::TraceOptions reading;
+    reading.gpiomon.lines = settings_.gpio_lines;  // so gpiomon names them
+    if (!traces_.is_recording) traces_ = replay::open_traces(drive, reading);
+    survey(drive, reading);
   } catch (const replay::TraceError& error) {
     throw InputError(error.what());
   } catch (const settings::Error& error) {
@@ -77,7 +80,7 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
 
 DriveReplay::~DriveReplay() = default;
 
-void DriveReplay::survey(const std::filesystem::path& drive) {
+void DriveReplay::survey(const std::filesystem::path& drive, const replay::TraceOptions& reading) {
   if (traces_.is_recording) {
     FileSource file(drive.c_str());
     RecordingReader reader(file);
@@ -94,7 +97,7 @@ void DriveReplay::survey(const std::filesystem::path& drive) {
       }
     }
   } else {
-    replay::Traces traces = replay::open_traces(drive);
+    const replay::Traces traces = replay::open_traces(drive, reading);
     Event event;
     bool has_begun = false;
     while (traces.events->next(event)) {

@@ -277,6 +277,52 @@ TEST_CASE("fault: the boot-up message comes late; the node is taken as soon as i
   CHECK(bench.motor.counters().node_resets == 0);
 }
 
+TEST_CASE("fault: a drive that was given up is switched off and on; the rest is cut short, once") {
+  MotorBench bench;
+  bench.node.aborts[{0x6084, 0}] = 0x06010002;
+  bench.motor.start(0);
+  REQUIRE(bench.run_until(MotorState::failed));
+  REQUIRE(bench.motor.reason_code() == MotorReason::sdo_aborted);
+  bench.run_ms(100);
+  bench.node.aborts.clear();
+  for (int i = 0; i < 3; ++i) {
+    bench.node.restart(bench.now_ns);
+    bench.run_ms(50);
+  }
+  CHECK(bench.notices.count("tried again soon") == 1);
+  CHECK(bench.motor.state() == MotorState::failed);  // back_off.maximum_ns is 400 ms
+  bench.run_ms(200);
+  CHECK(bench.motor.state() != MotorState::failed);
+  CHECK(bench.run_until(MotorState::running, 5000));  // the rest would have been 60 s
+}
+
+TEST_CASE("fault: the drive warns on and off; that does not flood") {
+  MotorBench bench;
+  REQUIRE(bench.spin_up());
+  bench.bus = [](const CanFrame& frame, std::int64_t now_ns) {
+    CanFrame out = frame;
+    if (frame.id == 0x181 && (now_ns / (200 * ns_per_ms)) % 2 == 0) out.data[0] |= 0x80;
+    return std::vector<CanFrame>{out};
+  };
+  bench.run_ms(200000);  // 500 times
+  CHECK(bench.motor.state() == MotorState::running);
+  CHECK(bench.notices.count("the drive warns") >= 7);
+  CHECK(bench.notices.count("the drive warns") <= 9);  // at 0, 1, 3, 7, 15, 31, 63, 127, 191 s
+}
+
+TEST_CASE("fault: the drive's statusword is no state at all; that is told") {
+  MotorBench bench;
+  bench.bus = [](const CanFrame& frame, std::int64_t) {
+    CanFrame out = frame;
+    if (frame.id == 0x181) out.data[0] = 0x6C;
+    return std::vector<CanFrame>{out};
+  };
+  bench.motor.start(0);
+  REQUIRE(bench.run_until(MotorState::recovering));
+  CHECK(bench.motor.reason_code() == MotorReason::transition_refused);
+  CHECK(std::string(bench.motor.detail()) == "its statusword is no state of CiA 402");
+}
+
 TEST_CASE("fault: the boot-up message comes while we already configure") {
   MotorConfig config = motor_config();
   config.boot_timeout_ns = 30 * ns_per_ms;  // less than the node needs

@@ -1,5 +1,6 @@
 #include "alces/loop_sharing.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -222,6 +223,41 @@ TEST_CASE("an edge that is much less sure than the others takes the error") {
     const Eigen::Vector3d moved = graph.poses()[i].translation_m - before[i].translation_m;
     const Eigen::Vector3d expected = i < 5 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.3, -0.2, 0.1);
     CHECK((moved - expected).norm() < 1e-4);
+  }
+}
+
+TEST_CASE(
+    "a trail that would swing its poses out further than the offset is shared out by the paper's rule") {
+  std::vector<Pose> shared[2];
+  double most_rad[2] = {};
+  for (const double step_m : {0.2, 20.0}) {  // the same offset, along two metres or along two hundred
+    for (const SharingRule rule : rules) {
+      Bench bench;
+      PoseGraph& graph = *bench.graph;
+      for (std::uint32_t i = 0; i < 10; ++i) {
+        REQUIRE(graph.add_vertex(pose_at(step_m * i, 0, 0, 0)) == Status::ok);
+        Edge edge;
+        edge.from = i - 1;
+        edge.to = i;
+        edge.variance = {1e-8, 1e-8, 1e-8, 1e-4};
+        if (i > 0) REQUIRE(graph.add_edge(edge) == Status::ok);
+      }
+      const std::vector<Pose> before = bench.poses();
+      Pose goal = before[9];
+      goal.translation_m.y() += 0.5;
+      REQUIRE(bench.share(0, 9, goal, rule) == Status::ok);
+      check_closed(bench, before, 0, 9, goal);
+      const auto number = static_cast<std::size_t>(rule);
+      shared[number] = bench.poses();
+      most_rad[number] = 0;
+      for (const Pose& pose : shared[number])
+        most_rad[number] = std::max(most_rad[number], log_so3(pose.rotation).norm());
+    }
+    const bool is_same_all = std::equal(shared[0].begin(), shared[0].end(), shared[1].begin(), is_same);
+    CAPTURE(step_m, most_rad[0]);
+    CHECK(is_same_all == (step_m < 1));
+    CHECK(most_rad[0] <= 0.5 * std::numbers::pi / 180);
+    CHECK((most_rad[0] > 1e-3) == (step_m > 1));  // turns where there is way enough
   }
 }
 

@@ -1,4 +1,5 @@
 // alces simulate and replay as a script sees them: a drive is made, recorded, and mapped through the drivers.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -86,6 +87,24 @@ TEST_CASE("as traces of other programs the drive gives the same poses") {
   REQUIRE(outcome.status == 0);
   CHECK(content_of(folder / "of_recording/trajectory.tum") ==
         content_of(folder / "of_traces/trajectory.tum"));
+}
+
+TEST_CASE("traces of candump and gpiomon alone replay: lines are named as the configuration names them") {
+  const TemporaryFolder& folder = short_drive();
+  REQUIRE(run_alces(folder, "convert drive.mcap others").status == 0);
+  CHECK_THAT(content_of(folder / "others/gpio.txt"), Contains("gpiochip0 17"));
+  std::filesystem::remove(folder / "others/events.txt");
+  REQUIRE(run_alces(folder, "replay drive.mcap --out recorded").status == 0);
+  const ProgramOutcome outcome = run_alces(folder, "replay others --out of_others");
+  INFO(outcome.err);
+  REQUIRE(outcome.status == 0);
+  const Trajectory recorded = read_trajectory(folder / "recorded/trajectory.tum");
+  const Trajectory others = read_trajectory(folder / "of_others/trajectory.tum");
+  REQUIRE(others.size() + 1 >= recorded.size());
+  for (std::size_t i = 0; i < std::min(others.size(), recorded.size()); ++i) {
+    CAPTURE(i);
+    CHECK(same_pose(others.poses[i], recorded.poses[i], 0.1));
+  }
 }
 
 TEST_CASE("a recording that was cut off maps as far as it goes, and says so") {

@@ -110,7 +110,7 @@ struct ScanAssemblerCounters {
   std::uint64_t profiles_absurd = 0;        ///< stamps or angles that cannot be
   std::uint64_t profiles_without_room = 0;  ///< the waiting room was full: the oldest was given up
   std::uint64_t profiles_angle_late = 0;    ///< the angle did not become known in time
-  std::uint64_t profiles_angle_lost = 0;    ///< the head's angle was lost, or is too old
+  std::uint64_t profiles_angle_lost = 0;    ///< the head's angle was lost, not known yet, or is too old
   std::uint64_t profiles_late = 0;          ///< came when their scan was over
   std::uint64_t profiles_head_standing = 0;
   std::uint64_t profiles_without_motion = 0;  ///< used as if the vehicle stood
@@ -317,6 +317,7 @@ class ScanAssembler final : public ProfileSink {
 
   // The head's course.
   bool has_course_ = false;
+  bool was_angle_known_ = false;  ///< before it is, profiles without an angle are nothing to warn of
   bool is_standing_ = false;
   std::int8_t course_ = 0;        ///< +1, -1, 0: not yet known
   double extreme_angle_rad_ = 0;  ///< the farthest along the course

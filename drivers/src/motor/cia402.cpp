@@ -5,7 +5,7 @@ namespace alces::cia402 {
 const char* text(State state) {
   switch (state) {
     case State::unknown:
-      return "unknown";
+      return "its statusword is no state of CiA 402";
     case State::not_ready_to_switch_on:
       return "not ready to switch on";
     case State::switch_on_disabled:

@@ -25,6 +25,7 @@ Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, Driv
       config_status_(check(config)),
       port_(port),
       notices_(notices),
+      spaced_notices_(notices, config_.name),
       sink_(sink),
       sdo_(config.node, config.sdo, port),
       configurator_(sdo_),
@@ -255,7 +256,9 @@ void Motor::on_drive(std::int64_t stamp_ns) {
     speed_.observe(config_.target_velocity_units, feedback.velocity_units, stamp_ns);
   }
   const bool does_warn = (feedback.statusword & cia402::statusword_warning) != 0;
-  if (does_warn && !is_warning_told_) tell(Severity::warning, "the drive warns", feedback.statusword);
+  if (does_warn && !is_warning_told_)
+    spaced_notices_.raise(NoticeKind::drive_warns, Severity::warning, now_ns_ - ahead_ns_, "the drive warns",
+                          feedback.statusword);
   is_warning_told_ = does_warn;
   step();
 }

@@ -184,8 +184,10 @@ void Motor::step_enabling() {
   }
   if (!is_late) return;
   const std::uint16_t statusword = process_data_.feedback().statusword;
-  if (drive == State::unknown) {
+  if (drive == State::unknown && statusword == 0) {  // never one since it was met
     fail(MotorReason::no_process_data, Recovery::begin_anew);
+  } else if (drive == State::unknown) {
+    fail(MotorReason::transition_refused, Recovery::begin_anew, cia402::text(drive));
   } else if ((statusword & cia402::statusword_remote) == 0) {
     fail(MotorReason::transition_refused, Recovery::enable_again,
          "its remote bit is clear: it obeys somebody else");

@@ -106,10 +106,16 @@ void Motor::on_boot_up() {
     case MotorState::failed: {
       leave_cycle();
       is_configured_ = false;
-      // One that starts anew again and again is not to keep us busy for ever.
-      const bool is_news =
-          is_unreachable(reason_) || now_ns_ - state_since_ns_ >= config_.back_off.maximum_ns;
-      if (!is_news || reason_ == MotorReason::bad_configuration) return;
+      if (reason_ == MotorReason::bad_configuration) return;
+      // Somebody may have switched it off and on, as one does with a drive in fault: that shortens the rest,
+      // but one that starts anew again and again by itself is not to keep us busy for ever.
+      const std::int64_t rested_ns = state_since_ns_ + config_.back_off.maximum_ns;
+      if (!is_unreachable(reason_) && now_ns_ < rested_ns) {
+        if (due_ns_ == no_stamp_ns || due_ns_ > rested_ns)
+          tell(Severity::info, "the drive started anew: it is tried again soon");
+        due_ns_ = rested_ns;
+        return;
+      }
       has_booted_ = true;
       begin_configuring();
       return;

@@ -1,15 +1,18 @@
 // Shares the offset of a closed loop out over all poses (paper, sections 3.4 to 3.6 and appendix B).
 //
 // Two rules:
-//   paper   four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the
+//   paper    four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the
 //   one
-//           offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is
-//           swung on a long lever, which bends the map between neighbours.
-//   trails  (default) one LOA run takes the graph apart into trails; along each trail the error goes into the
-//   edges
-//           where it most likely arose: the maximum-likelihood correction of a chain whose ends are known, in
-//           closed form (one 6x6 system a trail). Rotation put into an edge turns what follows about that
-//           edge, as drift did.
+//            offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is
+//            swung on a long lever, which bends the map between neighbours.
+//   trails   (default) one LOA run takes the graph apart into trails; along each trail the error goes into
+//   the
+//            edges where it most likely arose: the maximum-likelihood correction of a chain whose ends are
+//            known, in closed form (one 6x6 system a trail). Rotation put into an edge turns what follows
+//            about that edge, as drift did. Where every pose is in several loops trails are a few edges long
+//            and such turns swing what hangs on them: a loop for which a pose would turn further than the
+//            offset can ask for (its own rotation, and a degree for each metre of translation) is shared out
+//            by the paper's rule.
 // With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and
 // vertices that are not connected to the loop stay.
 //
@@ -47,8 +50,10 @@ class LoopSharing {
   [[nodiscard]] Status share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule);
 
  private:
-  void share_as_the_paper(std::span<Pose> poses, const Pose& map_from_l);
+  [[nodiscard]] Status share_as_the_paper(std::span<const Pose> poses, const Pose& map_from_l);
   void share_along_trails(const PoseGraph& graph, const Pose& map_from_l);
+  /// Whether trails in bent_ turned a pose further than the offset can ask for.
+  [[nodiscard]] bool is_swung(std::span<const Pose> poses, const Pose& map_from_l) const;
   void bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail& trail);
 
   LoopOptimizer optimizer_;

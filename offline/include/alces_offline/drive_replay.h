@@ -72,7 +72,7 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
   };
   class Wires;
 
-  void survey(const std::filesystem::path& drive);
+  void survey(const std::filesystem::path& drive, const replay::TraceOptions& reading);
   void on_scan(const Scan& scan) override;
   void raise(const Notice& notice) override;
   [[nodiscard]] Passed passed(std::size_t index) const;

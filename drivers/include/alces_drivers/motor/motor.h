@@ -40,6 +40,7 @@
 #include "alces_drivers/motor/speed_supervisor.h"
 #include "alces_drivers/port/can_port.h"
 #include "alces_drivers/port/notice_port.h"
+#include "alces_drivers/spaced_notices.h"
 
 namespace alces {
 
@@ -201,7 +202,10 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   MotorConfig config_;
   MotorConfigStatus config_status_;
   CanPort& port_;
+  enum class NoticeKind : std::uint8_t { drive_warns, count };
+
   NoticePort& notices_;
+  SpacedNotices<NoticeKind> spaced_notices_;  ///< what the drive itself may say again and again
   DriveFeedbackSink& sink_;
   canopen::SdoClient sdo_;
   canopen::Configurator configurator_;

@@ -8,10 +8,9 @@
 // not used, but for the first one.
 //
 // An optimiser of all edges at once it is not: each loop is closed exactly, and later loops bend it again.
-// Where loops are few and far between, SharingRule::trails is the better rule. Where every vertex is in
-// several (parking-garage, sphere2500), its trails are a few edges long, each correction swings what lies
-// beyond on a lever, and the corrections grow: SharingRule::paper moves no pose by more than the offset and
-// stays bounded. The result says both chi-squared, before and after; docs/graphs.md has figures.
+// Where loops are few and far between, SharingRule::trails shares their offsets out better; where every
+// vertex is in several (parking-garage, sphere2500), most loops fall back to the paper's rule
+// (loop_sharing.h). The result says both chi-squared, before and after; docs/graphs.md has figures.
 //
 // Edge costs: EdgeVariance of loop_optimizer.h from the inverse of the information, turned into the map at
 // the time the edge is made; g2o's rotation error is half an angle, so its variance counts four times.
