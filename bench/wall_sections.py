@@ -2,7 +2,7 @@
 """wall_sections.py OUT.png SCAN MAP [MAP ...]: walls around a scan, cut horizontally, of several maps side by side.
 
 Points of map.ply between --low and --high metres above the scanner and within --reach of scan SCAN, seen from its pose in
-each map, coloured by the time they were taken. Walls seen on several visits lie on one line in a good map. Needs gnuplot.
+each map, coloured by when they were taken. Walls seen on several visits lie on one line in a good map. Needs gnuplot.
 """
 import argparse
 import os
@@ -52,25 +52,35 @@ def main():
     parser.add_argument("out")
     parser.add_argument("scan", type=int, help="row of trajectory.tum, from 0")
     parser.add_argument("maps", nargs="+")
+    parser.add_argument("--titles", help="of the maps, separated by commas; default: the folders' names")
     parser.add_argument("--low", type=float, default=0.3)
     parser.add_argument("--high", type=float, default=0.7)
     parser.add_argument("--reach", type=float, default=12)
+    parser.add_argument("--size", type=int, default=440, help="pixels a map")
     options = parser.parse_args()
+    titles = options.titles.split(",") if options.titles else [os.path.basename(os.path.normpath(m)) for m in options.maps]
+    if len(titles) != len(options.maps):
+        parser.error("as many --titles as maps")
+    reach, size = options.reach, options.size
     with tempfile.TemporaryDirectory() as scratch:
-        plots = []
+        plots, last = [], 1
         for i, folder in enumerate(options.maps):
             name = os.path.join(scratch, f"{i}.txt")
+            points = section(folder, options.scan, options.low, options.high, reach)
+            last = max([last] + [number for _, _, number in points])
             with open(name, "w", encoding="utf-8") as file:
-                for point in section(folder, options.scan, options.low, options.high, options.reach):
-                    file.write("{:.4f} {:.4f} {}\n".format(*point))
-            title = os.path.basename(os.path.normpath(folder))
-            plots.append(f"set title '{title}' noenhanced\nplot '{name}' using 1:2:3 with dots palette notitle\n")
+                for point in points:
+                    file.write("{:.3f} {:.3f} {}\n".format(*point))
+            plots.append(f"set title '{titles[i]}' noenhanced\nplot '{name}' using 1:2:3 with dots palette notitle\n")
         rows = 1 if len(plots) <= 2 else 2
         columns = (len(plots) + rows - 1) // rows
-        script = (f"set terminal pngcairo size {columns * 700},{rows * 700}\nset output '{options.out}'\n"
-                  f"set multiplot layout {rows},{columns}\nset size ratio -1\nset tics out\n"
-                  f"set xrange [-{options.reach}:{options.reach}]\nset yrange [-{options.reach}:{options.reach}]\n"
-                  "set xlabel 'ahead of the scanner, m'\nset cblabel 'scan'\n" + "".join(plots) + "unset multiplot\n")
+        script = (f"set terminal pngcairo size {columns * size},{rows * size} font 'sans,9'\nset output '{options.out}'\n"
+                  f"set multiplot layout {rows},{columns} margins 0.05,0.98,0.05,0.95 spacing 0.05,0.07\n"
+                  "set size ratio -1\nset tics out nomirror\nunset colorbox\nset border lc rgb '#808080'\n"
+                  f"set xrange [-{reach}:{reach}]\nset yrange [-{reach}:{reach}]\nset cbrange [0:{last}]\n"
+                  # early to late; dark enough on white from end to end
+                  "set palette defined (0 '#0b1f8c', 0.33 '#c2185b', 0.66 '#ef6c00', 1 '#2e7d32')\n"
+                  + "".join(plots) + "unset multiplot\n")
         subprocess.run(["gnuplot"], input=script, text=True, check=True)
 
 

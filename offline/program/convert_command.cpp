@@ -1,5 +1,5 @@
 // alces convert: a drive from one form into another (recording, folder of traces, single trace), and clouds,
-// maps and trajectories into the forms of other programs.
+// maps, trajectories and pose graphs into the forms of other programs.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -37,7 +37,8 @@ constexpr const char* footer = R"(Examples:
   alces convert cut.mcap whole.mcap              what can be read of a damaged recording, as a whole file
   alces convert town town.las                    a map as LAS; also .ply, .pcd (binary), .csv, .bin (KITTI)
   alces convert town town.kitti                  its trajectory; also .tum, and a folder called frames (3DTK)
-  alces convert town town.mcap                   its scans and poses, for Foxglove and ROS 2
+  alces convert town town.mcap                   its scans, poses, edges and loops, for Foxglove and ROS 2
+  alces convert intel.g2o intel.graph            a pose graph as TORO's; .tum, .kitti: its poses
   alces convert scans/ all.pcd --odometry p.tum  a folder of scans, each at its pose, as one cloud
   alces convert drive.mcap drive.las             what alcesd mapped during the drive
 
@@ -247,6 +248,10 @@ bool is_recording_name(const std::string& name) {
   return fs::path(name).extension() == ".mcap";
 }
 
+bool is_graph(ConversionForm form) {
+  return form == ConversionForm::g2o || form == ConversionForm::toro;
+}
+
 bool is_trajectory(ConversionForm form) {
   return form == ConversionForm::tum || form == ConversionForm::kitti || form == ConversionForm::frames;
 }
@@ -271,7 +276,7 @@ std::optional<MapConversion> map_conversion(const Options& options) {
     if (!source || *source == ConversionSource::recording) return std::nullopt;
     throw UsageError(
         fmt::format("{}: what to write is not clear; end the name in .ply, .pcd, .las, .csv, .bin, .tum, "
-                    ".kitti or .mcap, or say it with --to",
+                    ".kitti, .g2o, .graph or .mcap, or say it with --to",
                     options.out));
   }
   const std::optional<ConversionSource> source = source_for(options.in, *form);
@@ -279,7 +284,8 @@ std::optional<MapConversion> map_conversion(const Options& options) {
                                     (*form == ConversionForm::mcap || *form == ConversionForm::kitti_scan));
   if (is_drive && options.to.empty()) return std::nullopt;
   if (!source)
-    throw UsageError(fmt::format("{} is no map, cloud or trajectory; --to is for these", options.in));
+    throw UsageError(
+        fmt::format("{} is no map, cloud, trajectory or pose graph; --to is for these", options.in));
   MapConversion conversion{options.in, options.out, *source, *form, {}};
   if (!options.odometry.empty()) conversion.odometry = options.odometry;
   return conversion;
@@ -292,10 +298,14 @@ void convert_map(const Options& options, const MapConversion& conversion) {
   for (const std::string& warning : report.warnings) fmt::print(stderr, "alces: warning: {}\n", warning);
   if (report.not_finite > 0)
     fmt::print(stderr, "alces: warning: {} points are not finite and are left out\n", report.not_finite);
-  if (is_trajectory(conversion.form)) {
+  if (is_graph(conversion.form)) {
+    fmt::print("{} -> {}: {} poses, {} edges\n", options.in, options.out, report.poses, report.edges);
+  } else if (is_trajectory(conversion.form)) {
     fmt::print("{} -> {}: {} poses\n", options.in, options.out, report.poses);
   } else {
-    fmt::print("{} -> {}: {} points of {} scans\n", options.in, options.out, report.points, report.scans);
+    fmt::print("{} -> {}: {} points of {} scans", options.in, options.out, report.points, report.scans);
+    if (report.edges > 0) fmt::print(", {} edges, {} loops", report.edges, report.loops);
+    fmt::print("\n");
   }
 }
 
@@ -329,14 +339,15 @@ void convert(Options options) {
 void add_convert_command(CLI::App& alces) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = alces.add_subcommand(
-      "convert", "Drives, maps, clouds and trajectories in the forms of other programs.");
+      "convert", "Drives, maps, clouds, trajectories and pose graphs in the forms of other programs.");
   verb->footer(footer);
   verb->add_option("IN", options->in,
-                   "a recording (.mcap), traces, a map folder, scans, a cloud or a trajectory")
+                   "a recording (.mcap), traces, a map folder, scans, a cloud, a trajectory or a pose graph")
       ->required();
   verb->add_option("OUT", options->out, "the file or folder to write; its name says the form")->required();
   verb->add_option("--to", options->to, "the form of OUT, where its name does not say it")
-      ->check(CLI::IsMember({"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "mcap"}));
+      ->check(CLI::IsMember(
+          {"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o", "toro", "mcap"}));
   verb->add_option("--odometry", options->odometry, "poses of the scans, instead of those beside them");
   verb->add_option("--gpiomon", options->gpiomon, "the form of gpiomon's text to write: of libgpiod 1 or 2")
       ->check(CLI::IsMember({"1", "2"}))

@@ -11,6 +11,7 @@
 #include "alces_offline/graph/map_graph.h"
 #include "alces_offline/map_writer.h"
 #include "alces_offline/output_file.h"
+#include "alces_offline/scan_table.h"
 #include "alces_offline/trajectory.h"
 #include "support/sample_graph.h"
 #include "temporary_folder.h"
@@ -142,6 +143,48 @@ TEST_CASE("optimize: of a map folder a whole one comes out, every scan's points 
         std::max(most_moved_m, (before.poses[i].translation_m - trajectory.poses[i].translation_m).norm());
   }
   CHECK(most_moved_m > 0.01);
+}
+
+TEST_CASE("optimize: what a report tells of the drive comes along, and nothing of an earlier map stays") {
+  const TemporaryFolder folder;
+  const ConstraintGraph graph = make_map(folder / "map");
+  Trajectory without_loops = read_trajectory(folder / "map");
+  for (Pose& pose : without_loops.poses) pose.translation_m.x() += 1;
+  write_tum(folder / "map/trajectory_without_loops.tum", without_loops);
+  ScanTable table;
+  for (std::size_t i = 0; i < graph.vertices.size(); ++i) {
+    ScanRow row;
+    row.scan = i + 10;
+    row.points = 1;
+    row.overlap = 0.5;
+    table.rows.push_back(row);
+  }
+  write_scan_table(folder / "map/scans.csv", table);
+  folder.write("map/counters.csv", "time_s,gps.fixes\n0,1\n1,2\n");
+  REQUIRE(run(folder, "map --out better").status == 0);
+  for (const char* name : {"trajectory_without_loops.tum", "scans.csv", "counters.csv"}) {
+    CAPTURE(name);
+    CHECK(content_of(folder / "better" / name) == content_of(folder / "map" / name));
+  }
+  const std::string report = "cd '" + folder.path().string() +
+                             "' && '" ALCES_PROGRAM
+                             "' report better --out better.html >stdout.txt 2>stderr.txt </dev/null";
+  const int status = std::system(report.c_str());
+  if (WEXITSTATUS(status) == 5) {
+    CHECK_THAT(content_of(folder / "stderr.txt"), Contains("built without the page"));
+  } else {
+    REQUIRE(status == 0);
+    const std::string html = content_of(folder / "better.html");
+    for (const char* figure : {"\"before_x\"", "\"rms_m\"", "\"gps.fixes\""})
+      CHECK_THAT(html, Contains(figure));
+  }
+
+  folder.write("better/covariances.csv", "scan,stamp\n");
+  for (const char* name : {"trajectory_without_loops.tum", "scans.csv", "counters.csv"})
+    std::filesystem::remove(folder / "map" / name);
+  REQUIRE(run(folder, "map --out better").status == 0);
+  CHECK(names_in(folder / "better") ==
+        std::vector<std::string>{"frames", "graph.g2o", "map.ply", "run.json", "trajectory.tum"});
 }
 
 TEST_CASE("optimize: what cannot work ends in one sentence, and nothing is written") {

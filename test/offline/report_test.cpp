@@ -109,6 +109,24 @@ TEST_CASE("a cloud that is too large for the limit is thinned to it") {
   CHECK(write_report(folder.path(), folder / "full.html", settings).points_shown == summary.points);
 }
 
+TEST_CASE(
+    "by default a report keeps to 25 MB and 12 million points; of more points it takes an even choice") {
+  ReportSettings settings;
+  CHECK(settings.limit_bytes == 25'000'000);
+  CHECK(settings.most_points == 12'000'000);
+  if (!has_page()) return;
+  const TemporaryFolder folder;
+  write_map(folder.path(), 1'000, nlohmann::json::array());
+  settings.most_points = 3'000;
+  const ReportSummary summary = write_report(folder.path(), folder / "out.html", settings);
+  CHECK(summary.points == 12'000);
+  CHECK(summary.points_shown <= settings.most_points);
+  CHECK(summary.points_shown >= settings.most_points * 99 / 100);
+  CHECK(summary.file_bytes <= settings.limit_bytes);
+  settings.full = true;
+  CHECK(write_report(folder.path(), folder / "full.html", settings).points_shown == 12'000);
+}
+
 TEST_CASE("of 13 million points as many are taken as 25 MB hold", "[.][slow]") {
   if (!has_page()) return;
   const TemporaryFolder folder;

@@ -73,6 +73,10 @@ try {
     assert.ok((await drawn()).count > 5000)
   })
 
+  await check('the header says that the poses were optimized afterwards, and how', async () => {
+    assert.equal(await page.locator('#source').innerText(), 'a drive made of numbers; poses optimized by LUM, 12 iterations, 15.1 s')
+  })
+
   await check('what recordings say is text, never markup', async () => {
     assert.equal(await page.locator('img[src=x]').count(), 0)
     assert.ok((await page.locator('#notices').innerText()).includes('<img src=x onerror=alert(1)>'))

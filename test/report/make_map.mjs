@@ -57,6 +57,7 @@ export function makeMap(folder) {
       loop_share_out: { median_ms: 0.2, worst_ms: 0.2, total_s: 0.001 }, mapping_s: 0.95, read_wait_s: 0.1, run_s: 1.1, write_s: { 'map.ply': 0.02 },
     },
     memory: { limit_bytes: 1 << 26, block_bytes: 1 << 26, pool_bytes: 50 << 20, pool_used_bytes: 9 << 20, scans_bytes: 90000, cache_bytes: 7 << 20, working_bytes: 6 << 20, archive_bytes: 0, process_peak_bytes: 80 << 20 },
+    optimize: { with: 'lum', iterations: 12, seconds: 15.1, complete: true },
     counters: { points_in: 120000, points_stored: scans * pointsAScan, loops_closed: 2 },
     refused_scans: [], warnings: ['gps: no usable fix comes, 3 times (first at 20.0 s)'],
     drive: {

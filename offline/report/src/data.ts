@@ -45,6 +45,8 @@ export interface Run {
   counters?: Record<string, number>
   refused_scans?: { scan: number; name: string; reason: string }[]
   warnings?: string[]
+  /** Of a map that alces optimize made better; all else but the poses is as it was. */
+  optimize?: { with?: string; iterations?: number; seconds?: number; complete?: boolean }
   drive?: {
     begin_s?: number
     duration_s?: number

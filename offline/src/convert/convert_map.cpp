@@ -17,11 +17,14 @@
 #include "alces_offline/convert/cloud_writer.h"
 #include "alces_offline/convert/recording_file.h"
 #include "alces_offline/error.h"
+#include "alces_offline/graph/graph_file.h"
 #include "alces_offline/input_file.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
+#include "graph_conversion.h"
+#include "recorded_graph.h"
 
 namespace alces::offline {
 namespace {
@@ -29,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-constexpr std::array<std::pair<std::string_view, ConversionForm>, 9> form_names = {
+constexpr std::array<std::pair<std::string_view, ConversionForm>, 12> form_names = {
     {{"ply", ConversionForm::ply},
      {"pcd", ConversionForm::pcd},
      {"las", ConversionForm::las},
@@ -38,10 +41,17 @@ constexpr std::array<std::pair<std::string_view, ConversionForm>, 9> form_names 
      {"tum", ConversionForm::tum},
      {"kitti", ConversionForm::kitti},
      {"frames", ConversionForm::frames},
+     {"g2o", ConversionForm::g2o},
+     {"toro", ConversionForm::toro},
+     {"graph", ConversionForm::toro},
      {"mcap", ConversionForm::mcap}}};
 
 bool is_trajectory_form(ConversionForm form) {
   return form == ConversionForm::tum || form == ConversionForm::kitti || form == ConversionForm::frames;
+}
+
+bool is_graph_form(ConversionForm form) {
+  return form == ConversionForm::g2o || form == ConversionForm::toro;
 }
 
 CloudForm cloud_form(ConversionForm form) {
@@ -66,6 +76,13 @@ bool is_ascii_ply(const fs::path& file) {
   return start.find("format ascii") != std::string::npos;
 }
 
+/// A scan as it is handed on: its number, and its place in the map.
+struct ScanTag {
+  std::uint32_t number = 0;
+  std::size_t row = 0;
+  double stamp_s = 0;
+};
+
 /// What takes scans: a cloud in the map's frame, or a recording.
 class ScanTaker {
  public:
@@ -73,8 +90,8 @@ class ScanTaker {
   ScanTaker(const ScanTaker&) = delete;
   ScanTaker& operator=(const ScanTaker&) = delete;
   virtual ~ScanTaker() = default;
-  virtual void take(std::span<const Point> points_in_body, const Pose& map_from_body, std::uint32_t number,
-                    double stamp_s) = 0;
+  virtual void take(std::span<const Point> points_in_body, const Pose& map_from_body,
+                    const ScanTag& scan) = 0;
   virtual void finish(MapConversionReport& report) = 0;
 };
 
@@ -82,8 +99,7 @@ class CloudTaker final : public ScanTaker {
  public:
   CloudTaker(const fs::path& out, ConversionForm form) : writer_(open_cloud_writer(out, cloud_form(form))) {}
 
-  void take(std::span<const Point> points_in_body, const Pose& map_from_body, std::uint32_t number,
-            double stamp_s) override {
+  void take(std::span<const Point> points_in_body, const Pose& map_from_body, const ScanTag& scan) override {
     points_.clear();
     const Eigen::Matrix3d rotation = map_from_body.rotation.toRotationMatrix();
     for (const Point& point : points_in_body) {
@@ -91,7 +107,7 @@ class CloudTaker final : public ScanTaker {
       const Eigen::Vector3f in_map = (rotation * in_body + map_from_body.translation_m).cast<float>();
       points_.push_back({in_map.x(), in_map.y(), in_map.z()});
     }
-    writer_->add(points_, number, stamp_s);
+    writer_->add(points_, scan.number, scan.stamp_s);
   }
   void finish(MapConversionReport& report) override {
     report.points = writer_->written();
@@ -104,38 +120,66 @@ class CloudTaker final : public ScanTaker {
   std::vector<Point> points_;
 };
 
-/// /alces/cloud in the body's frame and /alces/pose of every scan, /alces/path at the end.
+/// /alces/cloud in the body's frame and /alces/pose of every scan, with the edges and loops that end at it;
+/// /alces/path at the end.
 class RecordingTaker final : public ScanTaker {
  public:
-  explicit RecordingTaker(const fs::path& out) : file_(out, desk_recording_config(configuration_, 0, 0)) {}
+  RecordingTaker(const fs::path& out, RecordedGraph graph)
+      : file_(out, desk_recording_config(configuration_, 0, 0)), graph_(std::move(graph)) {
+    const auto by_last = [](const auto& a, const auto& b) { return last_of(a) < last_of(b); };
+    std::stable_sort(graph_.edges.begin(), graph_.edges.end(), by_last);
+    std::stable_sort(graph_.loops.begin(), graph_.loops.end(), by_last);
+  }
 
-  void take(std::span<const Point> points_in_body, const Pose& map_from_body, std::uint32_t,
-            double stamp_s) override {
+  void take(std::span<const Point> points_in_body, const Pose& map_from_body, const ScanTag& scan) override {
     finite_.clear();
     for (const Point& point : points_in_body) {
       if (is_finite(point)) finite_.push_back(point);
     }
     not_finite_ += points_in_body.size() - finite_.size();
-    const std::int64_t stamp_ns = std::max<std::int64_t>(0, std::llround(stamp_s * 1e9));
+    const std::int64_t stamp_ns = std::max<std::int64_t>(0, std::llround(scan.stamp_s * 1e9));
     if (!file_.writer().write_cloud({stamp_ns, finite_})) ++too_large_;
     file_.writer().write_pose({stamp_ns, map_from_body});
+    write_graph_up_to(scan.row, stamp_ns);
     points_ += finite_.size();
     stamps_ns_.push_back(stamp_ns);
     poses_.push_back(map_from_body);
   }
   void finish(MapConversionReport& report) override {
-    if (!poses_.empty()) file_.writer().write_path({stamps_ns_.back(), stamps_ns_, poses_});
+    if (!poses_.empty()) {
+      write_graph_up_to(SIZE_MAX, stamps_ns_.back());
+      file_.writer().write_path({stamps_ns_.back(), stamps_ns_, poses_});
+    }
     if (too_large_ > 0)
       report.warnings.push_back(
           fmt::format("{} scans are larger than a message can be and are left out", too_large_));
     report.points = points_;
     report.not_finite = not_finite_;
+    report.edges = next_edge_;
+    report.loops = next_loop_;
     file_.commit();
   }
 
  private:
+  static std::size_t last_of(const GraphEdgeRecord& edge) { return std::max(edge.from, edge.to); }
+  static std::size_t last_of(const LoopRecord& loop) { return std::max(loop.first, loop.last); }
+
+  void write_graph_up_to(std::size_t row, std::int64_t stamp_ns) {
+    for (; next_edge_ < graph_.edges.size() && last_of(graph_.edges[next_edge_]) <= row; ++next_edge_) {
+      graph_.edges[next_edge_].stamp_ns = stamp_ns;
+      file_.writer().write_edge(graph_.edges[next_edge_]);
+    }
+    for (; next_loop_ < graph_.loops.size() && last_of(graph_.loops[next_loop_]) <= row; ++next_loop_) {
+      graph_.loops[next_loop_].stamp_ns = stamp_ns;
+      file_.writer().write_loop(graph_.loops[next_loop_]);
+    }
+  }
+
   std::string configuration_;
   RecordingFile file_;
+  RecordedGraph graph_;
+  std::size_t next_edge_ = 0;
+  std::size_t next_loop_ = 0;
   std::vector<Point> finite_;
   std::vector<std::int64_t> stamps_ns_;
   std::vector<Pose> poses_;
@@ -145,7 +189,12 @@ class RecordingTaker final : public ScanTaker {
 };
 
 std::unique_ptr<ScanTaker> open_taker(const MapConversion& conversion) {
-  if (conversion.form == ConversionForm::mcap) return std::make_unique<RecordingTaker>(conversion.out);
+  if (conversion.form == ConversionForm::mcap) {
+    RecordedGraph graph;
+    if (conversion.source == ConversionSource::map_folder)
+      graph = read_recorded_graph(conversion.in, read_trajectory(conversion.in).size());
+    return std::make_unique<RecordingTaker>(conversion.out, std::move(graph));
+  }
   return std::make_unique<CloudTaker>(conversion.out, conversion.form);
 }
 
@@ -174,7 +223,7 @@ void take_map(const fs::path& folder, ScanTaker& taker, MapConversionReport& rep
       const Eigen::Vector3f in_body = (body_from_map * in_map.cast<double>()).cast<float>();
       point = {in_body.x(), in_body.y(), in_body.z()};
     }
-    taker.take(points, trajectory.poses[pose], number, trajectory.stamps_s[pose]);
+    taker.take(points, trajectory.poses[pose], {number, pose, trajectory.stamps_s[pose]});
     ++report.scans;
     points.clear();
   };
@@ -196,8 +245,9 @@ void take_scans(ScanSource& scans, ScanTaker& taker, MapConversionReport& report
   for (std::size_t i = 0; scans.read(i, points); ++i) {
     const std::optional<Pose> pose = scans.odometry(i);
     if (!pose) ++without_pose;
-    taker.take(points, pose.value_or(Pose{}), static_cast<std::uint32_t>(scans.number(i)),
-               scans.stamp_s(i).value_or(static_cast<double>(scans.number(i))));
+    taker.take(points, pose.value_or(Pose{}),
+               {static_cast<std::uint32_t>(scans.number(i)), i,
+                scans.stamp_s(i).value_or(static_cast<double>(scans.number(i)))});
     ++report.scans;
     if (progress) progress(i + 1, scans.size());
     if (i + 1 >= scans.size()) break;
@@ -255,8 +305,8 @@ void take_recording(const fs::path& file, ScanTaker& taker, MapConversionReport&
       ++without_pose;
       continue;
     }
-    taker.take(cloud->points, trajectory.poses[pose->second], static_cast<std::uint32_t>(report.scans),
-               trajectory.stamps_s[pose->second]);
+    taker.take(cloud->points, trajectory.poses[pose->second],
+               {static_cast<std::uint32_t>(report.scans), pose->second, trajectory.stamps_s[pose->second]});
     ++report.scans;
   }
   for (const std::string& problem : reader.problems())
@@ -274,6 +324,8 @@ Trajectory trajectory_of(const MapConversion& conversion) {
       return read_trajectory(conversion.in);
     case ConversionSource::recording:
       return recorded_trajectory(conversion.in);
+    case ConversionSource::graph:
+      return trajectory_of_graph(conversion);
     case ConversionSource::scans:
     case ConversionSource::cloud:
       break;
@@ -291,6 +343,28 @@ Trajectory trajectory_of(const MapConversion& conversion) {
     trajectory.stamps_s.push_back(scans->stamp_s(i).value_or(static_cast<double>(scans->number(i))));
   }
   return trajectory;
+}
+
+ConstraintGraph graph_of(const MapConversion& conversion) {
+  switch (conversion.source) {
+    case ConversionSource::graph:
+      return read_graph(conversion.in).graph;
+    case ConversionSource::map_folder:
+      if (!fs::exists(conversion.in / "graph.g2o"))
+        throw InputError(conversion.in, "holds no graph.g2o; map the scans again");
+      return read_graph(conversion.in / "graph.g2o").graph;
+    case ConversionSource::recording:
+      return graph_of_recording(conversion.in, recorded_trajectory(conversion.in).poses);
+    case ConversionSource::scans:
+    case ConversionSource::cloud:
+    case ConversionSource::trajectory:
+      break;
+  }
+  throw UsageError(
+      fmt::format("{} has no edges between poses; a pose graph comes of another one (.g2o, .graph), of a map "
+                  "folder or of "
+                  "a recording",
+                  conversion.in.string()));
 }
 
 }  // namespace
@@ -318,6 +392,7 @@ std::optional<ConversionSource> conversion_source(const fs::path& in) {
   for (const char* trajectory : {".tum", ".kitti", ".csv"}) {
     if (extension == trajectory) return ConversionSource::trajectory;
   }
+  if (extension == ".g2o" || extension == ".graph") return ConversionSource::graph;
   if (extension == ".mcap") return ConversionSource::recording;
   return std::nullopt;
 }
@@ -346,6 +421,10 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
                      "program it comes from");
   }
   MapConversionReport report;
+  if (is_graph_form(conversion.form)) {
+    write_graph_as(graph_of(conversion), conversion, report);
+    return report;
+  }
   if (is_trajectory_form(conversion.form)) {
     const Trajectory trajectory = trajectory_of(conversion);
     report.poses = trajectory.size();
@@ -356,6 +435,9 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
   }
   if (conversion.source == ConversionSource::trajectory)
     throw UsageError(fmt::format("{} is a trajectory and has no points; --to tum, kitti or frames",
+                                 conversion.in.string()));
+  if (conversion.source == ConversionSource::graph)
+    throw UsageError(fmt::format("{} is a pose graph and has no points; --to g2o, toro, tum, kitti or frames",
                                  conversion.in.string()));
   // Whatever cannot be read is found before anything is written, where that is cheap.
   std::unique_ptr<ScanSource> scans;
@@ -369,7 +451,7 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
   if (scans) {
     take_scans(*scans, *taker, report, progress);
   } else if (is_streamed_ply) {
-    stream_ply(conversion.in, [&](std::span<const Point> piece) { taker->take(piece, Pose{}, 0, 0); });
+    stream_ply(conversion.in, [&](std::span<const Point> piece) { taker->take(piece, Pose{}, {}); });
     report.scans = 1;
   } else if (conversion.source == ConversionSource::map_folder) {
     take_map(conversion.in, *taker, report);

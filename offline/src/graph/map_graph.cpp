@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
@@ -77,6 +78,28 @@ void write_points(const fs::path& to, const MapGraph& map, const ConstraintGraph
   writer.finish();
 }
 
+/// What `alces map` and `alces replay` write beside the map itself: of the drive, whatever its poses become.
+constexpr std::array carried_files = {"trajectory_without_loops.tum", "scans.csv", "counters.csv"};
+
+void carry(const fs::path& from, const fs::path& to) {
+  std::string bytes;
+  for (const char* name : carried_files) {
+    if (!fs::exists(from / name)) continue;
+    read_file(from / name, bytes);
+    OutputFile file(to / name);
+    file.write(bytes);
+    file.commit();
+  }
+}
+
+/// Those of another map that was in `folder` before: they would pass for this one's.
+void remove_uncarried(const fs::path& from, const fs::path& folder) {
+  std::error_code ignored;
+  for (const char* name : carried_files)
+    if (!fs::exists(from / name, ignored)) fs::remove(folder / name, ignored);
+  fs::remove(folder / "covariances.csv", ignored);
+}
+
 Trajectory with_poses_of(const ConstraintGraph& graph, Trajectory trajectory) {
   trajectory.poses.clear();
   for (const ConstraintVertex& vertex : graph.vertices) trajectory.poses.push_back(vertex.map_from_body);
@@ -120,12 +143,14 @@ void write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintG
   write_graph(folder / "graph.g2o", graph, GraphFormat::g2o);
   write_3dtk_frames(folder / "frames", trajectory);
   write_points(folder / "map.ply", map, graph);
+  carry(map.folder, folder);
   nlohmann::json report = map.report.is_object() ? map.report : nlohmann::json::object();
   report["optimize"] = optimize;
   OutputFile file(folder / "run.json");
   file.write(report.dump(2) + "\n");
   file.commit();
   stage.commit("run.json");
+  remove_uncarried(map.folder, out);
   remove_other_frames(out / "frames", trajectory);
 }
 

@@ -28,7 +28,6 @@ namespace {
 using Json = nlohmann::json;
 static_assert(std::endian::native == std::endian::little, "the page reads numbers as they lie in memory");
 
-constexpr std::uint64_t most_points_held = 12'000'000;
 constexpr std::size_t least_bytes_of_points = 200'000;
 
 std::string escaped(std::string_view text) {
@@ -147,7 +146,7 @@ ReportSummary write_report(const std::filesystem::path& map_folder, const std::f
   OutputFile output(html);  // a folder that cannot be written is found out before the work
   say("reading the map");
   ReportMap map = read_report_map(
-      map_folder, settings.full ? std::numeric_limits<std::uint64_t>::max() : most_points_held);
+      map_folder, settings.full ? std::numeric_limits<std::uint64_t>::max() : settings.most_points);
   ReportSummary summary;
   summary.points = map.points_in_file;
   summary.not_finite = map.not_finite;

@@ -1,9 +1,13 @@
-// What `alces convert` does with clouds, scans, maps and trajectories. (Drives, which are events, are
-// converted by platform/replay; pose graphs by graph/graph_file.h.)
+// What `alces convert` does with clouds, scans, maps, trajectories and pose graphs. (Drives, which are
+// events, are converted by platform/replay.)
 //
-//   in:  a map folder, a folder of scans or one cloud (all that open_scans reads), a trajectory, a recording
-//        with the scans and poses that alcesd mapped
-//   out: a cloud (PLY, PCD, LAS, CSV, KITTI .bin), a trajectory (TUM, KITTI, 3DTK frames), a recording (MCAP)
+//   in:  a map folder, a folder of scans or one cloud (all that open_scans reads), a trajectory, a pose graph
+//        (g2o, TORO), a recording with the scans and poses that alcesd mapped
+//   out: a cloud (PLY, PCD, LAS, CSV, KITTI .bin), a trajectory (TUM, KITTI, 3DTK frames), a pose graph, a
+//        recording (MCAP)
+//
+// A pose graph becomes a pose graph or a trajectory, whose stamps are the vertices' ids. A map folder becomes
+// a recording with its clouds, poses, edges and loops; a recording with poses and edges becomes a pose graph.
 //
 // Clouds are in the map's frame: every scan at its pose. Maps, folders of scans and recordings are read scan
 // by scan and single PLY clouds in pieces, so that memory does not grow with them; other single files are
@@ -19,7 +23,7 @@
 
 namespace alces::offline {
 
-enum class ConversionSource : std::uint8_t { map_folder, scans, cloud, trajectory, recording };
+enum class ConversionSource : std::uint8_t { map_folder, scans, cloud, trajectory, graph, recording };
 enum class ConversionForm : std::uint8_t {
   ply,
   pcd,
@@ -29,12 +33,15 @@ enum class ConversionForm : std::uint8_t {
   tum,
   kitti,
   frames,
+  g2o,
+  toro,
   mcap,
 };
 
 /// What `in` is, when it is one of these; none: leave it to others.
 [[nodiscard]] std::optional<ConversionSource> conversion_source(const std::filesystem::path& in);
-/// By the name of OUT: .ply .pcd .las .csv .xyz .bin .tum .kitti .mcap, and a folder called frames.
+/// By the name of OUT: .ply .pcd .las .csv .xyz .bin .tum .kitti .g2o .graph .mcap, and a folder called
+/// frames.
 [[nodiscard]] std::optional<ConversionForm> conversion_form(const std::filesystem::path& out);
 /// "ply", "pcd", ..., "kitti-scan", as --to has them.
 [[nodiscard]] std::optional<ConversionForm> conversion_form_called(const std::string& name);
@@ -52,6 +59,8 @@ struct MapConversionReport {
   std::uint64_t points = 0;
   std::uint64_t not_finite = 0;  ///< points left out
   std::uint64_t poses = 0;
+  std::uint64_t edges = 0;  ///< of a pose graph
+  std::uint64_t loops = 0;  ///< into a recording
   std::vector<std::string> warnings;
 };
 

@@ -15,6 +15,8 @@ struct ReportSettings {
   bool full = false;
   /// Of the file, not `full`. What the rest leaves belongs to the points.
   std::size_t limit_bytes = 25'000'000;
+  /// Held in memory at a time, not `full`: of a larger map an even choice of so many is read.
+  std::uint64_t most_points = 12'000'000;
   double step_m = 0.005;       ///< the points are rounded to; half of it is the error
   double full_step_m = 0.001;  ///< the same with `full`
   /// A folder of tables (.csv) and pictures (.png, .svg) to show as the comparison of methods.
@@ -37,7 +39,7 @@ struct ReportSummary {
 /// program was built without the page (page_problem()). `progress(stage)` may be empty.
 ///
 /// Time: 1 s a million points of the map, most of it deflating. Memory: about 50 bytes a point; without
-/// `full` no more than 12 million points are held at a time, an even choice of a larger map's.
+/// `full` no more than `most_points` are held at a time, an even choice of a larger map's.
 ReportSummary write_report(const std::filesystem::path& map_folder, const std::filesystem::path& html,
                            const ReportSettings& settings = {},
                            const std::function<void(const char*)>& progress = {});
