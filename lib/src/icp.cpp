@@ -434,13 +434,19 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
   }
   if (!result.weak_direction.isZero()) result.verdict = IcpVerdict::degenerate;
 
+  std::uint32_t fitting = 0;
   Moments moments;  // of the last iteration's correspondences, at the pose they led to
   const FloatTransform model_from_data(result.model_from_data);
   for (const DataPoint& point : points) {
     if (point.nearest == Neighbor::none) continue;
     const Point q = model_from_data * point.point;
-    moments.add(q, model_from_body[point.model] * model[point.model].tree->point(point.nearest) - q);
+    const Point error_m = model_from_body[point.model] * model[point.model].tree->point(point.nearest) - q;
+    moments.add(q, error_m);
+    const float off_m = point.plane_weight > 0 ? dot(model_from_data.rotate(point.normal), error_m)
+                                               : std::sqrt(dot(error_m, error_m));
+    if (std::abs(off_m) < config.fit_distance_m) ++fitting;
   }
+  if (!points.empty()) result.fit = static_cast<double>(fitting) / static_cast<double>(points.size());
   result.sums = moments.sums();
   return result;
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 
+#include "alces/symmetric_eigen.h"
+
 namespace alces {
 namespace {
 
@@ -264,8 +266,14 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
 
 IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
                              const Pose& model_from_data) {
-  IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
-  if (is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap) return straight;
+  const IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
+  const bool is_sure = is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap;
+  const IcpResult turned = is_sure ? straight : match_turned(model, data, model_from_data, straight);
+  return is_found(turned) ? match_shifted(model, data, turned) : turned;
+}
+
+IcpResult Mapper::match_turned(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                               const Pose& model_from_data, const IcpResult& straight) {
   // The other starts are tried with scan l alone and few iterations; the best of them is matched in full.
   IcpConfig quick = config_.loop_match;
   quick.maximum_iterations = config_.loop_search.iterations;
@@ -283,6 +291,34 @@ IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const Icp
     }
   }
   return is_better ? icp_.match(model, data, best.model_from_data, config_.scan_match) : straight;
+}
+
+IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                const IcpResult& match) {
+  const LoopSearchConfig& search = config_.loop_search;
+  const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
+  const Eigen::Vector3d weakest = symmetric_eigen<3>(information).vectors.col(0);
+  // As with turns: scan l alone, few iterations, the best of them in full.
+  IcpConfig near = config_.loop_match;
+  near.first_distance_limit_m =
+      std::max(near.last_distance_limit_m, static_cast<float>(2 * search.shift_step_m));
+  IcpConfig quick = near;
+  quick.maximum_iterations = search.iterations;
+  if (search.shift_steps == 0) return match;
+  IcpResult best = icp_.match(model, data.last(1), match.model_from_data, quick);
+  bool is_shifted = false;
+  for (const double side : {1.0, -1.0}) {
+    for (std::uint32_t step = 0; step < search.shift_steps; ++step) {
+      Pose shifted = best.model_from_data;
+      shifted.translation_m += side * search.shift_step_m * weakest;
+      const IcpResult next = icp_.match(model, data.last(1), shifted, quick);
+      if (!is_found(next) || next.fit < best.fit + search.shift_gain) break;
+      best = next;
+      is_shifted = true;
+    }
+    if (is_shifted) break;  // what is better this way is worse the other
+  }
+  return is_shifted ? icp_.match(model, data, best.model_from_data, near) : match;
 }
 
 void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {

@@ -42,6 +42,7 @@ struct IcpConfig {
       3.0F;  ///< residuals well above this many rms of the last iteration count little; 0: all alike
   float robust_scale_m = 0.05F;  ///< but those below this never do
   float rough_weight = 0.05F;    ///< surface metric: weight of the distance where there is no plane
+  float fit_distance_m = 0.1F;   ///< of IcpResult::fit: along the normal where there is a plane, else whole
   float degenerate_ratio =
       1e-3F;  ///< smallest over largest curvature below this: a direction is undetermined
 };
@@ -77,7 +78,8 @@ struct IcpResult {
   std::uint32_t correspondences = 0;  ///< of the last iteration
   std::uint32_t queries = 0;          ///< samples that asked for one
   double overlap = 0;                 ///< correspondences / queries
-  double rms_m = 0;                   ///< of what is minimised: along normals, or of whole distances
+  double fit = 0;    ///< share of all samples that lie on the model, to within fit_distance_m
+  double rms_m = 0;  ///< of what is minimised: along normals, or of whole distances
   Matrix6d information =
       Matrix6d::Zero();  ///< of model_from_data, left perturbation (t, rotation), model frame
   Vector6d weak_direction = Vector6d::Zero();

@@ -33,14 +33,22 @@ struct BeliefConfig {
       30;  ///< of the correction, against the uncertainty accumulated along the loop
 };
 
-/// Where the match of a loop starts, when it does not come together from where the poses say: a drift of many
-/// degrees is beyond the reach of ICP. Turned about l's upright by multiples of a step, to both sides; the
-/// largest overlap wins.
+/// Where the match of a loop starts beside where the poses say.
+///
+/// Turned: a drift of many degrees is beyond the reach of ICP. A match with a small overlap is tried turned
+/// about l's upright by multiples of a step, to both sides; the largest overlap wins.
+///
+/// Shifted: between long walls a match comes together anywhere along them, because what lies across is few
+/// samples, and robust weights take them for the odd ones out. So each match is shifted along its weakest
+/// direction, as long as more samples come to lie on the model for it (IcpResult::fit).
 struct LoopSearchConfig {
   double sure_overlap = 0.6;  ///< from here on no other start is tried
   double turn_step_rad = 0.14;
   std::uint32_t turn_steps = 2;   ///< to each side; 0: the paper
   std::uint32_t iterations = 12;  ///< of each such start
+  double shift_step_m = 0.5;
+  std::uint32_t shift_steps = 8;  ///< at most; 0: the paper
+  double shift_gain = 0.005;      ///< of the fit, by which a step has to better it
   std::uint32_t candidates =
       3;  ///< when the nearest scan is refused, so many in all: each of an earlier visit
 };
@@ -217,6 +225,10 @@ class Mapper {
                                    std::span<IcpScan> scans, std::uint32_t& count);
   [[nodiscard]] IcpResult match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                      const Pose& model_from_data);
+  [[nodiscard]] IcpResult match_turned(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                       const Pose& model_from_data, const IcpResult& straight);
+  [[nodiscard]] IcpResult match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                        const IcpResult& match);
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   [[nodiscard]] Status bend(const Edge& edge, const Pose& map_from_l);
@@ -262,6 +274,7 @@ constexpr MapperConfig MapperConfig::paper() {
   config.edge_uncertainty = {1.0, 1e-6, 1e-7};
   config.trigger.repeat_after_scans = 0;
   config.loop_search.turn_steps = 0;
+  config.loop_search.shift_steps = 0;
   config.loop_search.candidates = 1;
   config.sharing = SharingRule::paper;
   // The paper has no test of belief: a sharp one would refuse what its scan-to-scan drift leaves.

@@ -38,6 +38,7 @@ void visit_icp(Config& icp, Visitor& visit) {
                "residuals above this many rms of the last iteration count little; 0: all alike");
   visit.number("robust_scale_m", icp.robust_scale_m, 0, 1e3, "but those below this never do");
   visit.number("rough_weight", icp.rough_weight, 0, 1, "weight of the distance where there is no plane");
+  visit.number("fit_distance_m", icp.fit_distance_m, 0, 1e3, "nearer samples lie on the model");
   visit.number("degenerate_ratio", icp.degenerate_ratio, 0, 1,
                "smallest over largest curvature below this: a direction is undetermined");
 }
@@ -106,11 +107,17 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("scans_before_last", config.scans_before_last, 0, 14, "");
   visit_icp(config.loop_match, visit);
 
-  visit.table("loop_search", "Where the match of a loop starts, when it does not come together straight.");
-  visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1, "from here on no other start is tried");
+  visit.table("loop_search", "Where the match of a loop starts, beside where the poses say.");
+  visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1,
+               "from here on no turned start is tried");
   visit.number("turn_step_rad", config.loop_search.turn_step_rad, 0, 3.2,
                "starts turned by multiples of this");
   visit.number("turn_steps", config.loop_search.turn_steps, 0, 100, "to each side");
+  visit.number("shift_step_m", config.loop_search.shift_step_m, 0.01, 100,
+               "along the weakest direction, as long as more samples come to lie on the model");
+  visit.number("shift_steps", config.loop_search.shift_steps, 0, 1000, "at most; 0: none");
+  visit.number("shift_gain", config.loop_search.shift_gain, 0, 1,
+               "of the share of samples on the model, a step");
   visit.number("iterations", config.loop_search.iterations, 1, 10000, "of each such start");
   visit.number("candidates", config.loop_search.candidates, 1, 100,
                "scans tried in all, when the nearest is refused");
