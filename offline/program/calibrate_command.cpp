@@ -29,6 +29,7 @@ struct Options {
   double ground_z_m = 0;
   std::size_t turns = 8;
   bool is_standing = false;
+  bool is_flat = false;
   bool no_drive = false;
   bool json = false;
 };
@@ -37,17 +38,19 @@ constexpr const char* footer = R"(Examples:
   alcesd --config vehicle.toml --record standing.mcap       the head turns, the vehicle stands, for 15 s and more; Ctrl-C
   alces calibrate standing.mcap --out mounting.toml         how lasers and head are mounted, as tables to paste
   alces calibrate standing.mcap --pictures calibration      ... and calibration/before.png, after.png to look at
+  alces calibrate hall.mcap --flat                          in a hall: the tilt of all lasers, too
   alces calibrate drive.mcap                                stands, then drives: yaw of the head, too
   alces calibrate again.mcap --config corrected.toml        does the pasted configuration hold?
 
-Where a wall is seen twice - by two lasers, or by both halves of a scan plane of more than half a turn - a wrong mounting shows
-it double; and any wall that it bends. The mounting is changed until walls are flat and single. The ground gives the head's
-roll, pitch and height: the wheels must stand on the plane that is seen around the vehicle. A drive, if the recording has one,
-gives the head's yaw from straight ways, and its x and y from bends.
+Where a surface is seen twice - by two lasers, or by both halves of a scan plane of more than half a turn - a wrong mounting
+shows it double; the mounting is changed until the views agree. The ground gives the head's roll, pitch and height: the wheels
+must stand on the plane that is seen around the vehicle. A drive, if the recording has one, gives the head's yaw from straight
+ways, and its x and y from bends.
 
 Start within 10 cm and 3 deg of the truth, stand within 10 m of large walls on several sides, keep people away. What a
-recording does not determine keeps its configured value and is named: the height of all lasers along the axis and their turn
-about it are the same as the head's z and yaw; the others depend on the place. docs/calibration.md says more.
+recording does not determine keeps its configured value and is named. The height of all lasers along the axis and their turn
+about it are the same as the head's z and yaw. Two lasers back to back show their difference: the second is brought into line
+with the first, which is taken as configured; in a hall, --flat finds its tilt, too. docs/calibration.md says more.
 
 DRIVE is a recording (MCAP, of alcesd or alces simulate) or a folder of traces, as for alces replay. +- is one standard deviation.
 
@@ -199,6 +202,7 @@ void calibrate_drive(const Options& options) {
   if (!options.config.empty()) calibration_options.config = options.config;
   calibration_options.turns.most_turns = options.turns;
   calibration_options.turns.is_vouched_for = options.is_standing;
+  calibration_options.mounting.surfaces_are_flat = options.is_flat;
   calibration_options.ground.ground_z_m = options.ground_z_m;
   calibration_options.uses_drive = !options.no_drive && !options.is_standing;
   const StopSignal stop;
@@ -249,6 +253,9 @@ void add_calibrate_command(CLI::App& alces) {
   verb->add_option("--turns", options->turns, "at most so many of each stand")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
+  verb->add_flag(
+      "--flat", options->is_flat,
+      "floor and walls are flat to millimetres (a hall): what is wrong with all views alike shows, too");
   verb->add_flag("--standing", options->is_standing,
                  "the vehicle stood all the time: ask no odometry, and do not use a drive");
   verb->add_flag("--no-drive", options->no_drive, "leave the head's x, y and yaw as they are");

@@ -95,6 +95,7 @@ PlaneFit fit_plane(std::span<const Eigen::Vector3d> points_m, std::span<const st
   plane.along = axes.eigenvectors().col(2);
   plane.rms_m = std::sqrt(std::max(0.0, axes.eigenvalues()[0]));
   plane.width_m = std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
+  plane.length_m = std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
   return plane;
 }
 

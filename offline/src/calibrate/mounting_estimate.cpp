@@ -29,7 +29,9 @@ constexpr double largest_step_m = 0.05;
 constexpr double largest_step_rad = 0.04;
 constexpr double still_m = 1e-6;
 constexpr double still_rad = 1e-7;
-constexpr std::size_t least_points_a_view = 8;
+constexpr std::size_t least_points_a_view = 12;
+constexpr int weighting_rounds = 2;
+constexpr double least_seen_share = 0.01;
 
 double median_of(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -48,6 +50,53 @@ struct LaserAxes {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d pitch;
   Eigen::Vector3d roll;
+};
+
+/// The points of a patch over its plane, and how shapes are fitted to them: flat, or bent like a quadric.
+class PatchPoints {
+ public:
+  static constexpr Eigen::Index flat = 3;
+  static constexpr Eigen::Index quadric = 6;
+
+  PatchPoints(std::span<const Eigen::Vector3d> ends_m, std::span<const std::uint32_t> which,
+              Eigen::Index coefficients)
+      : plane(fit_plane(ends_m, which)),
+        shapes(coefficients, static_cast<Eigen::Index>(which.size())),
+        distances_m(static_cast<Eigen::Index>(which.size())) {
+    const double unit_m = std::max(plane.length_m, 1e-3);  // for the matrix' sake
+    for (std::size_t k = 0; k < which.size(); ++k) {
+      const Eigen::Vector3d offset = ends_m[which[k]] - plane.center_m;
+      const double u = offset.dot(plane.along) / unit_m;
+      const double v = offset.dot(plane.across) / unit_m;
+      Eigen::Matrix<double, quadric, 1> shape;
+      shape << 1, u, v, u * u, u * v, v * v;
+      const auto column = static_cast<Eigen::Index>(k);
+      shapes.col(column) = shape.head(coefficients);
+      distances_m[column] = offset.dot(plane.normal);
+    }
+  }
+
+  PlaneFit plane;
+  Eigen::MatrixXd shapes;  ///< a column a point
+  Eigen::VectorXd distances_m;
+};
+
+/// A shape through some of the points: the matrix of its normal equations, and what is left of the distances.
+struct ShapeFit {
+  ShapeFit(const PatchPoints& points, const std::vector<Eigen::Index>& which, const Eigen::VectorXd& weights)
+      : information(Eigen::MatrixXd::Zero(points.shapes.rows(), points.shapes.rows())) {
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(points.shapes.rows());
+    for (const Eigen::Index k : which) {
+      information.noalias() += weights[k] * points.shapes.col(k) * points.shapes.col(k).transpose();
+      right += weights[k] * points.distances_m[k] * points.shapes.col(k);
+    }
+    information.diagonal().array() += 1e-9 * information(0, 0);
+    const Eigen::VectorXd fit = information.ldlt().solve(right);
+    for (const Eigen::Index k : which)
+      residuals_m.push_back(points.distances_m[k] - points.shapes.col(k).dot(fit));
+  }
+  Eigen::MatrixXd information;
+  std::vector<double> residuals_m;
 };
 
 class Solver {
@@ -76,6 +125,9 @@ class Solver {
 
  private:
   [[nodiscard]] std::size_t unknowns() const { return is_active_.size(); }
+  [[nodiscard]] Eigen::Index coefficients() const {
+    return settings_.surfaces_are_flat ? PatchPoints::flat : PatchPoints::quadric;
+  }
 
   void find_patches(double tolerance_m) {
     FlatPatchSettings settings;
@@ -91,11 +143,41 @@ class Solver {
     }
   }
 
-  // The normal equations with the planes eliminated; returns the robust sum of squares.
-  double linearize(Information& information, Eigen::VectorXd& gradient) {
+  // The places of a patch's points, view by view; views of a few points tell nothing.
+  [[nodiscard]] std::vector<std::vector<Eigen::Index>> views_of(const FlatPatch& patch) const {
+    std::array<std::vector<Eigen::Index>, 2 * ScanAssemblerConfig::maximum_lasers> views;
+    for (std::size_t k = 0; k < patch.points.size(); ++k)
+      views[static_cast<std::size_t>(views_[patch.points[k]])].push_back(static_cast<Eigen::Index>(k));
+    std::vector<std::vector<Eigen::Index>> kept;
+    for (auto& view : views)
+      if (view.size() >= least_points_a_view) kept.push_back(std::move(view));
+    return kept;
+  }
+
+  // Of a point's distance from a plane, with the keys of its laser.
+  [[nodiscard]] static Vector6d derivative(const StandingRay& ray, const Eigen::Vector3d& normal,
+                                           const std::vector<LaserAxes>& axes) {
+    const double c = std::cos(ray.head_angle_rad);
+    const double s = std::sin(ray.head_angle_rad);
+    const Eigen::Vector3d in_head(c * normal.x() + s * normal.y(), c * normal.y() - s * normal.x(),
+                                  normal.z());
+    const double range_m = static_cast<double>(ray.range_m);
+    const double angle_rad = static_cast<double>(ray.ray_angle_rad);
+    const LaserAxes& laser = axes[ray.laser];
+    const Eigen::Vector3d arm =
+        range_m * (std::cos(angle_rad) * laser.rotation.col(0) + std::sin(angle_rad) * laser.rotation.col(1));
+    const Eigen::Vector3d moment = arm.cross(in_head);
+    Vector6d row;
+    row << in_head, laser.roll.dot(moment), laser.pitch.dot(moment), moment.z();
+    return row;
+  }
+
+  // The normal equations of the mounting, with the shapes eliminated.
+  void linearize(Information& information, Eigen::VectorXd& gradient) {
     const auto count = static_cast<Eigen::Index>(unknowns());
     information = Information::Zero(count, count);
     gradient = Eigen::VectorXd::Zero(count);
+    sensitivity_ = Information::Zero(count, count);
     const std::vector<Eigen::Vector3d> ends_m = ray_ends_m(rays_, lasers_);
     std::vector<LaserAxes> axes;
     for (const Mounting& laser : lasers_) axes.emplace_back(laser);
@@ -103,49 +185,48 @@ class Solver {
     double sum = 0;
     double weight_sum = 0;
     for (const FlatPatch& patch : patches_) {
-      const double share = std::min(1.0, settings_.points_a_patch / static_cast<double>(patch.points.size()));
-      const PlaneFit first = fit_plane(ends_m, patch.points);
-      std::vector<double> weights;
-      for (const std::uint32_t i : patch.points) {
-        const double e = first.normal.dot(ends_m[i] - first.center_m) / (cauchy_factor * scale_m_);
-        weights.push_back(share / (1 + e * e));
+      const PatchPoints points(ends_m, patch.points, coefficients());
+      const std::vector<std::vector<Eigen::Index>> views = views_of(patch);
+      std::vector<Eigen::Index> all;
+      for (const auto& view : views) all.insert(all.end(), view.begin(), view.end());
+      const bool tells_something = settings_.surfaces_are_flat ? !all.empty() : views.size() > 1;
+      if (!tells_something) continue;
+      const double share = std::min(1.0, settings_.points_a_patch / static_cast<double>(all.size()));
+      Eigen::VectorXd weights = Eigen::VectorXd::Constant(points.distances_m.size(), share);
+      for (int round = 0; round < weighting_rounds; ++round) {
+        const ShapeFit fit(points, all, weights);
+        for (std::size_t k = 0; k < all.size(); ++k) {
+          const double e = fit.residuals_m[k] / (cauchy_factor * scale_m_);
+          weights[all[k]] = share / (1 + e * e);
+        }
       }
-      const PlaneFit plane = fit_plane(ends_m, patch.points, weights);
-      Eigen::Matrix<double, Eigen::Dynamic, 3> mixed =
-          Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(count, 3);
-      Eigen::Matrix3d of_plane = Eigen::Matrix3d::Zero();
-      Eigen::Vector3d plane_gradient = Eigen::Vector3d::Zero();
-      for (std::size_t k = 0; k < patch.points.size(); ++k) {
-        const StandingRay& ray = rays_[patch.points[k]];
-        const double weight = weights[k];
-        const Eigen::Vector3d offset = ends_m[patch.points[k]] - plane.center_m;
-        const double e = plane.normal.dot(offset);
-        distances_m.push_back(std::abs(e));
-        sum += weight * e * e;
-        weight_sum += weight;
-        const double c = std::cos(ray.head_angle_rad);
-        const double s = std::sin(ray.head_angle_rad);
-        const Eigen::Vector3d& n = plane.normal;
-        const Eigen::Vector3d in_head(c * n.x() + s * n.y(), c * n.y() - s * n.x(), n.z());
-        const double range_m = static_cast<double>(ray.range_m);
-        const double angle_rad = static_cast<double>(ray.ray_angle_rad);
-        const LaserAxes& laser = axes[ray.laser];
-        const Eigen::Vector3d arm = range_m * (std::cos(angle_rad) * laser.rotation.col(0) +
-                                               std::sin(angle_rad) * laser.rotation.col(1));
-        const Eigen::Vector3d moment = arm.cross(in_head);
-        Vector6d row;
-        row << in_head, laser.roll.dot(moment), laser.pitch.dot(moment), moment.z();
-        const Eigen::Vector3d of(offset.dot(plane.along), offset.dot(plane.across), 1);
-        const Eigen::Index at = ray.laser * mounting_keys;
-        information.block<6, 6>(at, at) += weight * row * row.transpose();
-        gradient.segment<6>(at) += weight * e * row;
-        mixed.middleRows<6>(at) += weight * row * of.transpose();
-        of_plane += weight * of * of.transpose();
-        plane_gradient += weight * e * of;
-      }
-      const Eigen::Matrix3d inverse = of_plane.inverse();
-      information -= mixed * inverse * mixed.transpose();
-      gradient -= mixed * (inverse * plane_gradient);
+      Eigen::Matrix<double, mounting_keys, Eigen::Dynamic> rows(mounting_keys, points.distances_m.size());
+      for (const Eigen::Index k : all)
+        rows.col(k) = derivative(rays_[patch.points[static_cast<std::size_t>(k)]], points.plane.normal, axes);
+      // One shape for all views, against one for each: what is left is how much the views disagree.
+      const auto add = [&](const std::vector<Eigen::Index>& which, double sign) {
+        const ShapeFit fit(points, which, weights);
+        Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(count, coefficients());
+        for (std::size_t i = 0; i < which.size(); ++i) {
+          const Eigen::Index k = which[i];
+          const double weight = weights[k];
+          const double e = fit.residuals_m[i];
+          const Eigen::Index at = rays_[patch.points[static_cast<std::size_t>(k)]].laser * mounting_keys;
+          information.block<6, 6>(at, at) += sign * weight * rows.col(k) * rows.col(k).transpose();
+          gradient.segment<6>(at) += sign * weight * e * rows.col(k);
+          mixed.middleRows<6>(at).noalias() += weight * rows.col(k) * points.shapes.col(k).transpose();
+          if (sign < 0) continue;
+          sensitivity_.block<6, 6>(at, at) += weight * rows.col(k) * rows.col(k).transpose();
+          distances_m.push_back(std::abs(e));
+          sum += weight * e * e;
+          weight_sum += weight;
+        }
+        // The shape's own gradient is zero: it was fitted with the same weights.
+        information -= sign * (mixed * fit.information.ldlt().solve(mixed.transpose()));
+      };
+      add(all, 1);
+      if (!settings_.surfaces_are_flat)
+        for (const auto& view : views) add(view, -1);
     }
     scale_m_ = std::max(least_scale_m, 1.4826 * median_of(std::move(distances_m)));
     variance_m2_ = weight_sum > 0 ? sum / weight_sum : 0;
@@ -158,7 +239,6 @@ class Solver {
           prior * prior *
           (lasers_[i / mounting_keys][i % mounting_keys] - configured_[i / mounting_keys][i % mounting_keys]);
     }
-    return sum;
   }
 
   // The rows and columns that are estimated.
@@ -207,6 +287,11 @@ class Solver {
     lasers_ = configured_;
     has_converged_ = false;
     scale_m_ = first_tolerances_m[0];
+    find_patches(first_tolerances_m[0]);
+    if (patches_.empty()) check_patches();
+    Eigen::VectorXd gradient;
+    linearize(information_, gradient);
+    drop_unseen();
     for (const double tolerance_m : first_tolerances_m) {
       if (tolerance_m <= settings_.last_tolerance_m) continue;
       for (int i = 0; i < iterations_a_tolerance; ++i) {
@@ -223,7 +308,6 @@ class Solver {
     find_patches(settings_.last_tolerance_m);
     check_patches();
     for (int i = 0; i < last_iterations && !has_converged_; ++i) has_converged_ = step();
-    Eigen::VectorXd gradient;
     linearize(information_, gradient);
   }
 
@@ -237,9 +321,46 @@ class Solver {
     return covariance.diagonal().cwiseMax(0).cwiseSqrt();
   }
 
-  // Takes out, one by one, what is less certain than the limits. True: something was.
-  bool drop_undetermined() {
+  // Takes out, one by one, what the surfaces' shapes swallow but for a remainder: that remainder is where the
+  // shapes are not quadrics, and tells nothing of the mounting. True: something was.
+  bool drop_unseen() {
     bool has_dropped = false;
+    for (;;) {
+      const std::vector<Eigen::Index> places = active();
+      if (places.empty()) return has_dropped;
+      Information sensitivity = sensitivity_(places, places);
+      // What moves no point has the prior alone, and is found by its standard deviation.
+      sensitivity.diagonal().array() += 1e-9 * sensitivity.diagonal().maxCoeff() + 1e-12;
+      const Eigen::GeneralizedSelfAdjointEigenSolver<Information> shares(information_(places, places),
+                                                                         sensitivity);
+      if (shares.info() != Eigen::Success || shares.eigenvalues()[0] >= least_seen_share) return has_dropped;
+      const Eigen::VectorXd direction =
+          shares.eigenvectors().col(0).cwiseProduct(sensitivity.diagonal().cwiseSqrt()).cwiseAbs();
+      std::size_t which = 0;
+      double most = 0;
+      for (std::size_t k = 0; k < places.size(); ++k) {
+        const double part = direction[static_cast<Eigen::Index>(k)] * preference(places[k]);
+        if (part <= most) continue;
+        most = part;
+        which = k;
+      }
+      drop(places, which);
+      has_dropped = true;
+    }
+  }
+
+  // What is known of two lasers is often their difference: the first one's value is the one to keep.
+  [[nodiscard]] static double preference(Eigen::Index place) { return place < mounting_keys ? 1.2 : 1; }
+
+  void drop(const std::vector<Eigen::Index>& places, std::size_t which) {
+    const double sigma = sigmas(places)[static_cast<Eigen::Index>(which)];
+    is_active_[static_cast<std::size_t>(places[which])] = false;
+    dropped_.emplace_back(static_cast<std::size_t>(places[which]), sigma);
+  }
+
+  // The same with what is less certain than the limits.
+  bool drop_undetermined() {
+    bool has_dropped = drop_unseen();
     for (;;) {
       const std::vector<Eigen::Index> places = active();
       if (places.empty()) return has_dropped;
@@ -249,19 +370,15 @@ class Solver {
       for (std::size_t k = 0; k < places.size(); ++k) {
         const auto place = static_cast<std::size_t>(places[k]);
         const bool angle = is_angle(static_cast<MountingKey>(place % mounting_keys));
-        // What is known of two lasers is their difference: the first one's value is the one to keep.
-        const double preference = place < mounting_keys ? 1.2 : 1;
         const double certainty = sigma[static_cast<Eigen::Index>(k)] /
                                  (angle ? settings_.largest_sigma_rad : settings_.largest_sigma_m);
-        if (certainty > 1 && certainty * preference > worst) {
-          worst = certainty * preference;
+        if (certainty > 1 && certainty * preference(places[k]) > worst) {
+          worst = certainty * preference(places[k]);
           which = k;
         }
       }
       if (which == places.size()) return has_dropped;
-      const auto place = static_cast<std::size_t>(places[which]);
-      is_active_[place] = false;
-      dropped_.emplace_back(place, sigma[static_cast<Eigen::Index>(which)]);
+      drop(places, which);
       has_dropped = true;
     }
   }
@@ -346,7 +463,8 @@ class Solver {
   std::vector<Mounting> lasers_;
   std::vector<FlatPatch> patches_;
   Information information_;
-  double scale_m_ = 0;  ///< of the residuals
+  Information sensitivity_;  ///< what would be known if the surfaces were
+  double scale_m_ = 0;       ///< of the residuals
   double variance_m2_ = 0;
   std::size_t iterations_ = 0;
   bool has_converged_ = false;

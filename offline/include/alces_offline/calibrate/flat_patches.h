@@ -28,8 +28,9 @@ struct PlaneFit {
   Eigen::Vector3d along = Eigen::Vector3d::UnitX();
   Eigen::Vector3d across = Eigen::Vector3d::UnitY();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double rms_m = 0;    ///< along the normal
-  double width_m = 0;  ///< standard deviation along `across`
+  double rms_m = 0;     ///< along the normal
+  double width_m = 0;   ///< standard deviation along `across`
+  double length_m = 0;  ///< standard deviation along `along`
 };
 /// `weights` empty: all alike. At least three points.
 [[nodiscard]] PlaneFit fit_plane(std::span<const Eigen::Vector3d> points_m,

@@ -21,7 +21,7 @@ namespace alces::offline {
 
 struct GroundSettings {
   double ground_z_m = 0;  ///< of the ground in the body frame, under the wheels
-  double reach_m = 6;
+  double reach_m = 3;
   double search_m = 0.4;
   double steepest_rad = 0.17;
   double tolerance_m = 0.04;

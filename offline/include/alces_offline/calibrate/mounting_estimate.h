@@ -1,27 +1,31 @@
-// How the lasers sit on the head, from full turns of a head that stands: the mounting is right when walls are
-// flat, and when a wall that is seen twice is seen in one place.
+// How the lasers sit on the head, from full turns of a head that stands: the mounting is right when a surface
+// that is seen twice is seen in one place.
 //
-// A surface is seen twice by two lasers, and by the two halves of a scan plane of more than half a turn. What
-// is minimised over the mounting AND a plane for every flat patch (flat_patches.h) are the distances of the
-// points from their planes; the planes are eliminated (Schur complement), so that the covariance knows of
-// them. Gauss-Newton with Cauchy weights; patches are found anew with a tolerance that shrinks, so that
-// walls that stand 10 cm apart come together. At the end the patches are kept and the iteration runs dry.
+// A surface is seen twice by two lasers, and by the two halves of a scan plane of more than half a turn. To
+// every patch (flat_patches.h) a shape is fitted, a plane that may be bent like a quadric: one through the
+// points of all views, and one through those of each view. What is minimised over the mounting is by how much
+// the one fits worse than the many. The shapes are eliminated (Schur complement), so that the covariance knows
+// of them. That a surface is flat is not assumed: streets are cambered, walls lean, and a mounting that makes
+// them flat would be wrong (in the simulated town by 1.8 deg). Where floor and walls ARE flat, in a hall,
+// `surfaces_are_flat` minimises the distances from planes instead, and what is wrong with all views alike
+// shows, too.
+// Gauss-Newton with Cauchy weights; patches are found anew with a tolerance that shrinks, so that walls that
+// stand 10 cm apart come together. At the end the patches are kept and the iteration runs dry.
 //
 // What cannot be seen:
 //   - a shift of all lasers along the axis, and a turn of all of them about it, are the same as the head
 //   standing higher or turned: z and yaw of the first laser keep what is configured;
 //   - what the scene does not hold: a number whose standard deviation would be above the limits keeps its
-//   configured value, the worst first, and the rest is estimated with it. With two lasers of half a turn
-//   each, back to back, it is mostly the difference between them that shows; the first one's own errors only
-//   in large flat surfaces.
+//   configured value, the worst first, and the rest is estimated with it. Of two lasers of half a turn each,
+//   back to back, only the difference shows: then the first laser keeps its values, and the second is
+//   brought into line with it.
 // The standard deviations are those of independent noise, of at most `points_a_patch` points a patch: a wall
-// is not flatter because it was measured more often. Errors that bend all walls alike (a range offset of the
-// laser) are not in them.
+// is not better known because it was measured more often. Errors of all ranges alike are not in them.
 //
 // A weak prior (0.1 m, 5 deg about the configured values) keeps the iteration at home; its pull on a value
 // known to 1 cm is 1 %.
 //
-// Time: about 4 s for 200,000 rays; memory: 100 bytes a ray. The same rays give the same numbers to the bit.
+// Time: about 5 s for 150,000 rays; memory: 200 bytes a ray. The same rays give the same numbers to the bit.
 #pragma once
 
 #include <array>
@@ -37,6 +41,7 @@
 namespace alces::offline {
 
 struct MountingSettings {
+  bool surfaces_are_flat = false;     ///< floor and walls of a hall
   double largest_sigma_m = 0.01;      ///< a position less certain than this is not estimated
   double largest_sigma_rad = 0.0044;  ///< an angle: 0.25 deg
   double last_tolerance_m = 0.04;     ///< of a flat patch: noise of the laser, and of walls
