@@ -10,9 +10,10 @@
 namespace alces::offline {
 namespace {
 
-constexpr double least_share = 0.9;       // of a cell's points that must lie in its plane
-constexpr double outlier_factor = 3;      // tolerances off the plane: not of it
-constexpr double least_width_factor = 3;  // tolerances that a patch is wide, as a standard deviation
+constexpr double least_share = 0.9;        // of a cell's points that must lie in its plane
+constexpr double outlier_factor = 3;       // tolerances off the plane: not of it
+constexpr double least_width_factor = 3;   // tolerances that a patch is wide, as a standard deviation
+constexpr double least_slenderness = 0.1;  // width by length: what one sweep hits far away is a line
 
 class Splitter {
  public:
@@ -59,8 +60,9 @@ class Splitter {
       if (is_settled) break;
     }
     const PlaneFit plane = fit_plane(points_m_, kept);
-    if (plane.rms_m > settings_.tolerance_m || plane.width_m < least_width_factor * settings_.tolerance_m)
-      return false;
+    const bool is_wide = plane.width_m >= least_width_factor * settings_.tolerance_m &&
+                         plane.width_m >= least_slenderness * plane.length_m;
+    if (plane.rms_m > settings_.tolerance_m || !is_wide) return false;
     patches.push_back({std::move(kept)});
     return true;
   }

@@ -325,6 +325,7 @@ class Solver {
   // shapes are not quadrics, and tells nothing of the mounting. True: something was.
   bool drop_unseen() {
     bool has_dropped = false;
+    if (settings_.surfaces_are_flat) return has_dropped;
     for (;;) {
       const std::vector<Eigen::Index> places = active();
       if (places.empty()) return has_dropped;

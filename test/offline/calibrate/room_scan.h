@@ -17,8 +17,9 @@ struct RoomScan {
   std::vector<std::pair<Eigen::Vector3d, double>> walls = room_walls();
   std::vector<Mounting> lasers;
   double noise_m = 0.01;
-  int turns = 2;
-  int profiles_a_turn = 180;
+  double farthest_m = 40;
+  int turns = 1;
+  int profiles_a_turn = 90;
   double first_ray_rad = -std::numbers::pi / 2;
   int rays = 181;
   double ray_step_rad = std::numbers::pi / 180;
@@ -65,7 +66,7 @@ struct RoomScan {
             if (slope < 1e-6) continue;
             range_m = std::min(range_m, (distance_m - normal.dot(head0_from_laser.translation_m)) / slope);
           }
-          if (range_m < 0.2 || range_m > 40) continue;
+          if (range_m < 0.2 || range_m > farthest_m) continue;
           shot.range_m = static_cast<float>(range_m + noise(random));
           all.push_back(shot);
         }
