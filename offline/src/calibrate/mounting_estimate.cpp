@@ -17,6 +17,7 @@ namespace {
 
 using Information = Eigen::MatrixXd;
 
+constexpr Eigen::Index keys_a_laser = mounting_keys;
 constexpr double prior_m = 0.1;
 constexpr double prior_rad = 5 * std::numbers::pi / 180;
 constexpr double noise_m = 0.02;  // that the prior is weighed against
@@ -200,7 +201,7 @@ class Solver {
           weights[all[k]] = share / (1 + e * e);
         }
       }
-      Eigen::Matrix<double, mounting_keys, Eigen::Dynamic> rows(mounting_keys, points.distances_m.size());
+      Eigen::Matrix<double, keys_a_laser, Eigen::Dynamic> rows(keys_a_laser, points.distances_m.size());
       for (const Eigen::Index k : all)
         rows.col(k) = derivative(rays_[patch.points[static_cast<std::size_t>(k)]], points.plane.normal, axes);
       // One shape for all views, against one for each: what is left is how much the views disagree.
@@ -211,7 +212,7 @@ class Solver {
           const Eigen::Index k = which[i];
           const double weight = weights[k];
           const double e = fit.residuals_m[i];
-          const Eigen::Index at = rays_[patch.points[static_cast<std::size_t>(k)]].laser * mounting_keys;
+          const Eigen::Index at = rays_[patch.points[static_cast<std::size_t>(k)]].laser * keys_a_laser;
           information.block<6, 6>(at, at) += sign * weight * rows.col(k) * rows.col(k).transpose();
           gradient.segment<6>(at) += sign * weight * e * rows.col(k);
           mixed.middleRows<6>(at).noalias() += weight * rows.col(k) * points.shapes.col(k).transpose();
@@ -260,7 +261,7 @@ class Solver {
     double shortening = 1;
     bool is_still = true;
     for (std::size_t k = 0; k < places.size(); ++k) {
-      const bool angle = is_angle(static_cast<MountingKey>(places[k] % mounting_keys));
+      const bool angle = is_angle(static_cast<MountingKey>(places[k] % keys_a_laser));
       const double size = std::abs(change[static_cast<Eigen::Index>(k)]);
       is_still = is_still && size < (angle ? still_rad : still_m);
       shortening = std::max(shortening, size / (angle ? largest_step_rad : largest_step_m));
@@ -351,7 +352,7 @@ class Solver {
   }
 
   // What is known of two lasers is often their difference: the first one's value is the one to keep.
-  [[nodiscard]] static double preference(Eigen::Index place) { return place < mounting_keys ? 1.2 : 1; }
+  [[nodiscard]] static double preference(Eigen::Index place) { return place < keys_a_laser ? 1.2 : 1; }
 
   void drop(const std::vector<Eigen::Index>& places, std::size_t which) {
     const double sigma = sigmas(places)[static_cast<Eigen::Index>(which)];

@@ -25,6 +25,8 @@ Mounting wrong_second() {
 
 TEST_CASE("two lasers back to back: the second is brought into line with the first") {
   RoomScan room;
+  room.turns = 2;
+  room.profiles_a_turn = 180;
   room.lasers = {wrong_first(), wrong_second()};
   const MountingEstimate estimate = estimate_mounting(room.scan(), two_lasers());
   CHECK(estimate.has_converged);

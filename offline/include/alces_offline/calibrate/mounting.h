@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace alces::offline {
 
 /// x_m, y_m, z_m, roll_deg, pitch_deg, yaw_deg of [laser_a], [laser_b] and [head], here in m and rad:
 /// rotations about the parent's fixed axes, first roll about x, then pitch about y, then yaw about z.
-enum MountingKey : int { key_x, key_y, key_z, key_roll, key_pitch, key_yaw, mounting_keys };
+enum MountingKey : std::size_t { key_x, key_y, key_z, key_roll, key_pitch, key_yaw, mounting_keys };
 using Mounting = std::array<double, mounting_keys>;
 
 [[nodiscard]] Mounting mounting_of(const Pose& parent_from_child);
