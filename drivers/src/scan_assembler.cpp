@@ -316,6 +316,12 @@ void ScanAssembler::put_in(const Waiting& profile, std::span<float> ranges_m, co
   counters_.rays += profile.count + profile.excess;
   counters_.rays_without_room += profile.excess;
   mask_rays(profile, course.middle_angle_rad(), ranges_m);
+  if (observer_ != nullptr) {
+    observer_->on_placed_profile({profile.laser, profile.begin_ns, profile.end_ns, profile.first_angle_rad,
+                                  profile.angle_step_rad, ranges_m, course.begin_angle.angle_rad,
+                                  course.end_angle.angle_rad, course.has_motion,
+                                  course.odometry_from_begin_body, course.odometry_from_end_body});
+  }
   const std::uint32_t points_before = open_.points;
   project(profile, ranges_m, course, frame_from_begin, frame_from_end);
   counters_.points += open_.points - points_before;

@@ -23,6 +23,7 @@ void add_convert_command(CLI::App& alces);
 void add_compare_command(CLI::App& alces);
 void add_reference_command(CLI::App& alces);
 void add_optimize_command(CLI::App& alces);
+void add_calibrate_command(CLI::App& alces);
 
 /// "alces: 37 % label" on one line of stderr if that is a terminal, nothing otherwise; the line goes away
 /// with the object. Calls may come from several threads one after the other.

@@ -28,6 +28,7 @@ constexpr const char* footer = R"(Examples:
   alces compare drive.mcap --truth truth.tum --out tables   ICP, LUM, ELCH, TORO, HOG-Man: the paper's tables
   alces optimize town --out town2                    the best poses that its graph allows
   alces report town --out town.html                  a page to send to a colleague
+  alces calibrate standing.mcap --out mounting.toml  how the lasers and the head are mounted, from full turns at rest
 
 'alces VERB --help' explains a verb. Frames are REP 103's (x forward, y left, z up), units are SI.
 
@@ -66,6 +67,7 @@ int run(int argc, char** argv) {
   add_compare_command(alces);
   add_reference_command(alces);
   add_optimize_command(alces);
+  add_calibrate_command(alces);
 
   try {
     alces.parse(argc, argv);

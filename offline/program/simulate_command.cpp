@@ -101,6 +101,10 @@ void add_simulate_command(CLI::App& alces) {
   verb->add_option("--speed", options->settings.speed_m_per_s, "mean speed in m/s; 0: about 1.1")
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str();
+  verb->add_option("--standstill", options->settings.standstill_s,
+                   "seconds that the vehicle stands before it drives; alces calibrate wants 15 or more")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
   verb->add_option("--fault", options->faults,
                    "what goes wrong: NAME@SECONDS[+SECONDS][=NUMBER]; may be repeated");
   verb->add_option("--config", options->config, "a vehicle.toml for the drivers instead of the matching one");

@@ -48,7 +48,9 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
     : options_(options), wires_(std::make_unique<Wires>()) {
   try {
     traces_ = replay::open_traces(drive);
-    if (options.config) {
+    if (options.settings) {
+      settings_ = *options.settings;
+    } else if (options.config) {
       settings_ = settings::read_vehicle_settings(*options.config);
     } else if (!traces_.configuration.empty()) {
       settings_ = settings::parse_vehicle_settings(traces_.configuration, drive.string() + " (vehicle.toml)");
@@ -74,6 +76,7 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
     throw InputError(
         drive, fmt::format("its configuration cannot be used: {}", wrong != nullptr ? wrong : text(status)));
   }
+  scanner_->observe_profiles(options.profiles);
   scanner_->start();
   if (options.speed > 0) clock_ = std::make_unique<replay::SteadyReplayClock>();
 }

@@ -115,6 +115,7 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   sim::SimulatedScannerSettings simulated;
   simulated.rig.seed = settings.seed;
   simulated.rig.motion.scans = settings.scans;
+  simulated.rig.motion.standstill_s = settings.standstill_s;
   if (settings.speed_m_per_s > 0) simulated.rig.motion.mean_speed_m_per_s = settings.speed_m_per_s;
   simulated.rig.lasers = static_cast<std::uint8_t>(settings.vehicle.scanner.assembler.laser_count);
   simulated.rig.has_gps = settings.vehicle.scanner.has_gps;

@@ -38,6 +38,7 @@
 #include "alces/arena.h"
 #include "alces_drivers/head_angle.h"
 #include "alces_drivers/motion.h"
+#include "alces_drivers/placed_profile.h"
 #include "alces_drivers/profile.h"
 #include "alces_drivers/scan.h"
 #include "alces_drivers/spaced_notices.h"
@@ -186,6 +187,10 @@ class ScanAssembler final : public ProfileSink {
   /// fixes in proportion, else the nearest fix that is not older than gps_maximum_age_ns.
   void set_gps_position(const Eigen::Vector3d& position_m, std::int64_t stamp_ns);
 
+  /// Tells `observer` of every profile that goes into a scan, before the scan is handed on; null: nobody. The
+  /// observer outlives the assembler.
+  void observe_profiles(PlacedProfileSink* observer) { observer_ = observer; }
+
   [[nodiscard]] const ScanAssemblerCounters& counters() const { return counters_; }
   [[nodiscard]] std::uint32_t waiting_profiles() const { return waiting_count_; }
 
@@ -302,6 +307,7 @@ class ScanAssembler final : public ProfileSink {
   const HeadAngle* head_;
   const Motion* motion_;
   ScanSink* sink_;
+  PlacedProfileSink* observer_ = nullptr;
   SpacedNotices<NoticeKind> notices_;
   ScanAssemblerCounters counters_;
 

@@ -138,6 +138,8 @@ class Scanner final : public EventSink {
   void finish() { assembler_->finish(); }
 
   void on_event(const Event& event) override;
+  /// Every profile that goes into a scan: see ScanAssembler.
+  void observe_profiles(PlacedProfileSink* observer) { assembler_->observe_profiles(observer); }
 
   [[nodiscard]] ScannerPhase phase() const { return phase_; }
   [[nodiscard]] bool is_stopped() const { return phase_ == ScannerPhase::stopped; }

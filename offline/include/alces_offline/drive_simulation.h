@@ -18,6 +18,7 @@ struct DriveSimulationSettings {
   std::size_t scans = 924;  ///< the paper's drive: 1.24 km with five loops
   std::uint64_t seed = 1;
   double speed_m_per_s = 0;            ///< while driving, mean; 0: about 1.1
+  double standstill_s = 6;             ///< before the vehicle drives; the scanner is up after about 4 s
   std::vector<sim::Injection> faults;  ///< at_ns counted from the start of the drive
   settings::VehicleSettings vehicle;   ///< what the drivers go by
 };
