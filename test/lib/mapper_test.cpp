@@ -521,6 +521,42 @@ TEST_CASE("a loop offered from outside is judged like any other") {
   CHECK(mapper->graph().edge_count() == 50);
 }
 
+TEST_CASE("between long walls a loop's match does not stay where it slid to") {
+  Scene street;  // smooth walls; what lies across them are pillars and porches
+  street.rectangle({-60, -30, 0}, {120, 0, 0}, {0, 60, 0});
+  street.box({-60, 7, 0}, {60, 9, 5});
+  street.box({-60, -9, 0}, {60, -7, 5});
+  for (const double x_m : {-13.0, -8.6, -3.1, 2.0, 8.9, 14.2}) street.box({x_m, 4, 0}, {x_m + 0.6, 4.6, 3});
+  street.box({4, -7, 0}, {7, -5, 4});
+  street.box({-12, -7, 0}, {-9, -5.5, 4});
+  for (const double drift_m : {0.0, 1.0, 2.3}) {
+    for (const bool shifts : {true, false}) {
+      MapperConfig config = small_config();
+      config.voxel.cell_capacity = 16384;
+      config.pool_bytes = std::size_t{16} << 20;
+      config.close_loops = false;
+      config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
+      config.belief.maximum_mahalanobis2 = 1e12;
+      if (!shifts) config.loop_search.shift_steps = 0;
+      Bench mapper(config);
+      for (std::uint32_t i = 0; i < 10; ++i) {  // there, and once more the same way, after a drift
+        const Pose at = pose_at(i % 5, 0, 1, 0);
+        Pose odometry = at;
+        if (i >= 5) odometry.translation_m += Eigen::Vector3d(drift_m, 0.3, 0.02);
+        ScanReport report;
+        REQUIRE(mapper->add_scan(street.scan(at, 12000, 14, 0.01, i), &odometry, report) == Status::ok);
+      }
+      LoopReport loop;
+      REQUIRE(mapper->offer_loop(2, 7, loop) == Status::ok);
+      REQUIRE(loop.verdict == LoopVerdict::closed);
+      const auto poses = mapper->graph().poses();
+      const double off_m = (poses[2].inverse() * poses[7]).translation_m.norm();
+      CAPTURE(drift_m, shifts, off_m, loop.overlap, loop.rms_m);
+      CHECK((off_m < 0.02) == (shifts || drift_m == 0));
+    }
+  }
+}
+
 TEST_CASE("another back end bends the map in LOA's place, once for every loop that is believed") {
   const Drive& drive = round_the_block();
   MapperConfig config = small_config();

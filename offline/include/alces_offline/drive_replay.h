@@ -34,12 +34,12 @@
 namespace alces::offline {
 
 struct DriveReplayOptions {
-  std::optional<std::filesystem::path> config;  ///< instead of the recording's own
+  std::optional<std::filesystem::path> config;        ///< instead of the recording's own
   std::optional<settings::VehicleSettings> settings;  ///< instead of both
-  bool deskew = true;                           ///< false: as if the vehicle had stood during each scan
-  bool maps_dropped_scans = false;              ///< those, too, that the vehicle dropped
-  PlacedProfileSink* profiles = nullptr;        ///< is told of all profiles that go into scans; may be null
-  double speed = 0;                             ///< 1: as it was recorded; 0: as fast as possible
+  bool deskew = true;                                 ///< false: as if the vehicle had stood during each scan
+  bool maps_dropped_scans = false;                    ///< those, too, that the vehicle dropped
+  PlacedProfileSink* profiles = nullptr;  ///< is told of all profiles that go into scans; may be null
+  double speed = 0;                       ///< 1: as it was recorded; 0: as fast as possible
 };
 
 class DriveReplay final : public ScanSource, private ScanSink, private NoticePort {

@@ -4,13 +4,13 @@
 // A surface is seen twice by two lasers, and by the two halves of a scan plane of more than half a turn. To
 // every patch (flat_patches.h) a shape is fitted, a plane that may be bent like a quadric: one through the
 // points of all views, and one through those of each view. What is minimised over the mounting is by how much
-// the one fits worse than the many. The shapes are eliminated (Schur complement), so that the covariance knows
-// of them. That a surface is flat is not assumed: streets are cambered, walls lean, and a mounting that makes
-// them flat would be wrong (in the simulated town by 1.8 deg). Where floor and walls ARE flat, in a hall,
-// `surfaces_are_flat` minimises the distances from planes instead, and what is wrong with all views alike
-// shows, too.
-// Gauss-Newton with Cauchy weights; patches are found anew with a tolerance that shrinks, so that walls that
-// stand 10 cm apart come together. At the end the patches are kept and the iteration runs dry.
+// the one fits worse than the many. The shapes are eliminated (Schur complement), so that the covariance
+// knows of them. That a surface is flat is not assumed: streets are cambered, walls lean, and a mounting that
+// makes them flat would be wrong (in the simulated town by 1.8 deg). Where floor and walls ARE flat, in a
+// hall, `surfaces_are_flat` minimises the distances from planes instead, and what is wrong with all views
+// alike shows, too. Gauss-Newton with Cauchy weights; patches are found anew with a tolerance that shrinks,
+// so that walls that stand 10 cm apart come together. At the end the patches are kept and the iteration runs
+// dry.
 //
 // What cannot be seen:
 //   - a shift of all lasers along the axis, and a turn of all of them about it, are the same as the head
