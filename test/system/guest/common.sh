@@ -1,6 +1,9 @@
-# What the scenarios share. Programs write their logs to /out, which is a folder of the host's.
+# What the scenarios share. Programs write their logs to /out, which is a folder of the host's. What must not be held up while
+# the host is busy (time goes on in here) is written to memory, and brought out by keep.
 out=/out/$scenario
-mkdir -p "$out"
+memory=/run/alces/$scenario
+mkdir -p "$out" "$memory"
+keep() { cp "$memory"/* "$out"; }
 
 verdict() {  # verdict NAME STATUS WHY-NOT
   if [ "$2" = 0 ]; then echo "PASS $1"; else echo "FAIL $1: $3"; fi
