@@ -101,7 +101,7 @@ Status LoopSharing::share_as_the_paper(std::span<const Pose> poses, const Pose& 
     const Status status = optimizer_.weights(static_cast<LoopCost>(cost), weights_[cost]);
     if (status != Status::ok) return status;
   }
-  const Pose map_from_f = poses[f_];
+  const Pose& map_from_f = poses[f_];
   const Pose f_from_map = map_from_f.inverse();
   const Pose offset = f_from_map * map_from_l * poses[l_].inverse() * map_from_f;
   const Eigen::Vector3d rotation_vector_rad = log_so3(offset.rotation);

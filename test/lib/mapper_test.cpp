@@ -373,7 +373,7 @@ TEST_CASE("more cells than the grid has thin the scan out, and the scan is added
   }
   CHECK(mapper->scan_count() == 3);
   CHECK(mapper->counters().scans_refused == 0);
-  CHECK(distance_m(mapper->graph().poses()[2], drive.truth[2]) < 0.1);
+  CHECK(distance_m(mapper->graph().poses()[2], drive.truth[2]) < 0.15);  // half the points are gone
 }
 
 TEST_CASE("around a block of houses the loop closes, and the map is nearer to the truth than without") {

@@ -67,7 +67,7 @@ double mean_error_m(const Mapper& mapper, const sim::Drive& drive) {
 }  // namespace
 
 TEST_CASE("closing the loops of a drive through the town brings the map nearer to the truth") {
-  const sim::Drive drive = sim::drive(settings_for(115, 1, 20000));
+  const sim::Drive drive = sim::drive(settings_for(115, 1, 14000));
   const MapperConfig config = config_for(drive.size());
   MapperConfig open = config;
   open.close_loops = false;

@@ -62,7 +62,9 @@ struct MapperConfig {
   VoxelGridConfig voxel;  ///< cell_capacity is also the most points that a stored scan has
   SurfaceConfig surface;
 
-  IcpConfig scan_match;
+  /// Residuals that count little begin early: what is paired wrongly near the ground is a wall's foot or a
+  /// car, always above it, and would pitch every step a little upward.
+  IcpConfig scan_match{.robust_factor = 2.5F, .robust_scale_m = 0.02F};
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
   bool learn_odometry_heading =
       true;  ///< predict with the heading offset that matches show the odometry to have
