@@ -9,7 +9,7 @@
 // merged.
 //
 // Time: at most iterations x samples nearest-neighbour queries.
-// Memory: 36 bytes a correspondence of capacity.
+// Memory: 52 bytes a correspondence of capacity.
 #pragma once
 
 #include <Eigen/Core>
