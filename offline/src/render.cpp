@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "alces_offline/error.h"
-#include "alces_offline/output_file.h"
+#include "cairo_png.h"
 #include "ply_stream.h"
 #include "render_points.h"
 
@@ -224,29 +224,7 @@ class Canvas {
     cairo_fill(get());
   }
 
-  void write_png(const std::filesystem::path& path) {
-    OutputFile file(path);
-    std::exception_ptr error;  // must not pass through cairo, which is C
-    struct Sink {
-      OutputFile& file;
-      std::exception_ptr& error;
-    } sink{file, error};
-    const auto write = [](void* closure, const unsigned char* data, unsigned size) {
-      auto& to = *static_cast<Sink*>(closure);
-      try {
-        to.file.write(std::string_view(reinterpret_cast<const char*>(data), size));
-        return CAIRO_STATUS_SUCCESS;
-      } catch (...) {
-        to.error = std::current_exception();
-        return CAIRO_STATUS_WRITE_ERROR;
-      }
-    };
-    cairo_surface_flush(surface_.get());
-    const cairo_status_t status = cairo_surface_write_to_png_stream(surface_.get(), write, &sink);
-    if (error) std::rethrow_exception(error);
-    if (status != CAIRO_STATUS_SUCCESS) throw OutputError(path, cairo_status_to_string(status));
-    file.commit();
-  }
+  void write_png(const std::filesystem::path& path) { offline::write_png(surface_.get(), path); }
 
  private:
   std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface_;
