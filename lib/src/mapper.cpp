@@ -296,6 +296,7 @@ IcpResult Mapper::match_turned(std::span<const IcpScan> model, std::span<const I
 IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                 const IcpResult& match) {
   const LoopSearchConfig& search = config_.loop_search;
+  if (search.shift_steps == 0) return match;
   const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
   const Eigen::Vector3d weakest = symmetric_eigen<3>(information).vectors.col(0);
   // As with turns: scan l alone, few iterations, the best of them in full.
@@ -304,7 +305,6 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
       std::max(near.last_distance_limit_m, static_cast<float>(2 * search.shift_step_m));
   IcpConfig quick = near;
   quick.maximum_iterations = search.iterations;
-  if (search.shift_steps == 0) return match;
   IcpResult best = icp_.match(model, data.last(1), match.model_from_data, quick);
   bool is_shifted = false;
   for (const double side : {1.0, -1.0}) {
