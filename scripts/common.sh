@@ -14,6 +14,13 @@ job_count() {
   echo "$fitting"
 }
 
+# run_tests PRESET: what failed is said once more at the end, where people and machines look.
+run_tests() {
+  if ctest --preset "$1" --parallel "$(job_count)" --output-junit "$PWD/build/$1.tests.xml"; then return 0; fi
+  scripts/failed_tests "build/$1.tests.xml"
+  return 1
+}
+
 # build PRESET [TARGET...]: configures and builds; CMake's report is shown only when it fails.
 build() {
   preset=$1

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "alces/portable_math.h"
 #include "alces_drivers/encoder.h"
 
 namespace alces {
@@ -128,7 +129,7 @@ void Encoder::share_out(const Reference& next) {
     const double way_rad = sample.shape_rad - from_shape_rad;
     const double slip_rad = config_.slip * std::min(std::abs(way_rad), std::abs(whole_rad - way_rad));
     const double sigma_rad =
-        std::hypot(config_.index_sigma_rad, std::hypot(config_.count_sigma_rad, slip_rad));
+        portable::hypot(config_.index_sigma_rad, portable::hypot(config_.count_sigma_rad, slip_rad));
     append(sample.stamp_ns, from_angle_rad + way_rad * ratio, sigma_rad, NodeKind::counts);
   }
 }

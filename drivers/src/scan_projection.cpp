@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "alces/portable_math.h"
 #include "alces_drivers/scan_assembler.h"
 
 namespace alces {
@@ -54,7 +55,8 @@ std::span<const ScanAssembler::Direction> ScanAssembler::directions_of(const Wai
     key = {profile.first_angle_rad, profile.angle_step_rad, profile.count};
     for (std::uint32_t ray = 0; ray < profile.count; ++ray) {
       const double angle_rad = profile.first_angle_rad + profile.angle_step_rad * ray;
-      directions[ray] = {static_cast<float>(std::cos(angle_rad)), static_cast<float>(std::sin(angle_rad))};
+      const auto [sine, cosine] = portable::sine_cosine(angle_rad);
+      directions[ray] = {static_cast<float>(cosine), static_cast<float>(sine)};
     }
   }
   return directions.first(profile.count);
@@ -79,7 +81,7 @@ void ScanAssembler::project(const Waiting& profile, std::span<const float> range
     const double fraction = last_ray == 0 ? 0.0 : static_cast<double>(knot_ray(knot)) / last_ray;
     const double angle_rad = course.begin_angle.angle_rad + fraction * head_turn_rad;
     Pose turned;
-    turned.rotation = Eigen::Quaterniond(std::cos(0.5 * angle_rad), 0, 0, std::sin(0.5 * angle_rad));
+    turned.rotation = exp_so3({0, 0, angle_rad});
     const Pose body_from_laser = config_.body_from_head * (turned * laser.head_from_laser);
     body[1].set(body_from_laser);
     frame[1].set(interpolate(frame_from_begin, frame_from_end, fraction) * body_from_laser);

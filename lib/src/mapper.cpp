@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "alces/portable_math.h"
 #include "alces/symmetric_eigen.h"
 
 namespace alces {
@@ -89,10 +90,10 @@ void Mapper::OdometryHeading::learn(const Pose& matched_step, const Pose& odomet
 
 Pose Mapper::OdometryHeading::correct(const Pose& odometry_step) const {
   constexpr double enough_m2 = 4.0;  // of steps multiplied: a few metres of driving
-  const double known_m2 = std::hypot(cosine_m2, sine_m2);
+  const double known_m2 = portable::hypot(cosine_m2, sine_m2);
   if (known_m2 < enough_m2) return odometry_step;
   Pose offset;
-  offset.rotation = Eigen::AngleAxisd(std::atan2(sine_m2, cosine_m2), Eigen::Vector3d::UnitZ());
+  offset.rotation = exp_so3({0, 0, portable::atan2(sine_m2, cosine_m2)});
   return offset * odometry_step * offset.inverse();
 }
 
@@ -283,7 +284,7 @@ IcpResult Mapper::match_turned(std::span<const IcpScan> model, std::span<const I
     for (const double side : {1.0, -1.0}) {
       Pose turned = model_from_data;
       const double angle_rad = side * step * config_.loop_search.turn_step_rad;
-      turned.rotation = turned.rotation * Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ());
+      turned.rotation = turned.rotation * exp_so3({0, 0, angle_rad});
       const IcpResult match = icp_.match(model, data.last(1), turned, quick);
       if (!is_found(match) || (is_found(best) && match.overlap <= best.overlap)) continue;
       best = match;

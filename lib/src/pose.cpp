@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "alces/portable_math.h"
+
 namespace alces {
 namespace {
 
@@ -18,9 +20,7 @@ constexpr double cm_per_m = 100.0;
 
 // Rotation matrix as slam6d writes it: R = R_x(theta_x) R_y(theta_y) R_z(theta_z).
 Eigen::Matrix3d euler_matrix_3dtk(const Eigen::Vector3d& euler_rad) {
-  return (Eigen::AngleAxisd(euler_rad.x(), Eigen::Vector3d::UnitX()) *
-          Eigen::AngleAxisd(euler_rad.y(), Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(euler_rad.z(), Eigen::Vector3d::UnitZ()))
+  return (exp_so3({euler_rad.x(), 0, 0}) * exp_so3({0, euler_rad.y(), 0}) * exp_so3({0, 0, euler_rad.z()}))
       .toRotationMatrix();
 }
 
@@ -71,7 +71,7 @@ bool is_valid(const Pose& pose) {
 
 double angle_between_rad(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   const Eigen::Quaterniond difference = a.conjugate() * b;
-  return 2.0 * std::atan2(difference.vec().norm(), std::abs(difference.w()));
+  return 2.0 * portable::atan2(difference.vec().norm(), std::abs(difference.w()));
 }
 
 Eigen::Quaterniond exp_so3(const Eigen::Vector3d& rotation_vector_rad) {
@@ -80,8 +80,9 @@ Eigen::Quaterniond exp_so3(const Eigen::Vector3d& rotation_vector_rad) {
   double scale = 0.5 - squared_rad2 / 48.0 + squared_rad2 * squared_rad2 / 3840.0;  // sin(a/2) / a
   if (squared_rad2 > 1e-4) {  // below, the series are exact to the last bit, and need no root
     const double angle_rad = std::sqrt(squared_rad2);
-    cosine = std::cos(0.5 * angle_rad);
-    scale = std::sin(0.5 * angle_rad) / angle_rad;
+    const auto half = portable::sine_cosine(0.5 * angle_rad);
+    cosine = half.cosine;
+    scale = half.sine / angle_rad;
   }
   const Eigen::Vector3d v = scale * rotation_vector_rad;
   return Eigen::Quaterniond(cosine, v.x(), v.y(), v.z());
@@ -91,7 +92,7 @@ Eigen::Vector3d log_so3(const Eigen::Quaterniond& rotation) {
   const double sign = rotation.w() < 0 ? -1.0 : 1.0;
   const Eigen::Vector3d v = sign * rotation.vec();
   const double sine = v.norm();
-  const double angle_rad = 2.0 * std::atan2(sine, sign * rotation.w());
+  const double angle_rad = 2.0 * portable::atan2(sine, sign * rotation.w());
   return sine > 1e-9 ? Eigen::Vector3d(angle_rad / sine * v) : Eigen::Vector3d(2.0 * v);
 }
 
@@ -114,8 +115,9 @@ Pose exp_se3(const Vector6d& twist) {
   double b = 0.5 - angle_rad * angle_rad / 24.0;         // (1 - cos a) / a^2
   double c = 1.0 / 6.0 - angle_rad * angle_rad / 120.0;  // (a - sin a) / a^3
   if (angle_rad > 1e-4) {
-    b = (1.0 - std::cos(angle_rad)) / (angle_rad * angle_rad);
-    c = (angle_rad - std::sin(angle_rad)) / (angle_rad * angle_rad * angle_rad);
+    const auto [sine, cosine] = portable::sine_cosine(angle_rad);
+    b = (1.0 - cosine) / (angle_rad * angle_rad);
+    c = (angle_rad - sine) / (angle_rad * angle_rad * angle_rad);
   }
   Pose pose;
   pose.rotation = exp_so3(rotation_vector_rad);
@@ -131,7 +133,8 @@ Vector6d log_se3(const Pose& pose) {
   double d = 1.0 / 12.0 + angle_rad * angle_rad / 720.0;
   if (angle_rad > 1e-4) {
     const double half = 0.5 * angle_rad;
-    d = (1.0 - half * std::cos(half) / std::sin(half)) / (angle_rad * angle_rad);
+    const auto [sine, cosine] = portable::sine_cosine(half);
+    d = (1.0 - half * cosine / sine) / (angle_rad * angle_rad);
   }
   Vector6d twist;
   twist.head<3>() = (Eigen::Matrix3d::Identity() - 0.5 * w + d * w * w) * pose.translation_m;
@@ -168,13 +171,13 @@ Pose3dtk to_3dtk(const Pose& pose) {
   converted.position_cm = m.topRightCorner<3, 1>();
   // R = R_x R_y R_z: m02 = sin y, m12 = -sin x cos y, m22 = cos x cos y, m01 = -cos y sin z, m00 = cos y cos
   // z
-  const double cos_y = std::hypot(m(0, 0), m(0, 1));
-  converted.euler_rad.y() = std::atan2(m(0, 2), cos_y);
+  const double cos_y = portable::hypot(m(0, 0), m(0, 1));
+  converted.euler_rad.y() = portable::atan2(m(0, 2), cos_y);
   if (cos_y > 1e-9) {
-    converted.euler_rad.x() = std::atan2(-m(1, 2), m(2, 2));
-    converted.euler_rad.z() = std::atan2(-m(0, 1), m(0, 0));
+    converted.euler_rad.x() = portable::atan2(-m(1, 2), m(2, 2));
+    converted.euler_rad.z() = portable::atan2(-m(0, 1), m(0, 0));
   } else {  // gimbal lock: the first angle carries both
-    converted.euler_rad.x() = std::atan2(m(2, 1), m(1, 1));
+    converted.euler_rad.x() = portable::atan2(m(2, 1), m(1, 1));
     converted.euler_rad.z() = 0;
   }
   return converted;

@@ -1,8 +1,9 @@
 #include "alces/surface.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+
+#include "alces/symmetric_eigen.h"
 
 namespace alces {
 namespace {
@@ -22,12 +23,11 @@ void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceS
   }
   const float share = 1.0F / static_cast<float>(neighbors.size());
   const Eigen::Matrix3f covariance = share * products - (share * sum) * (share * sum).transpose();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
-  solver.computeDirect(covariance);
-  const Eigen::Vector3f eigenvalues = solver.eigenvalues();
+  const SymmetricEigen<3, float> eigen = symmetric_eigen<3, float>(covariance);
+  const Eigen::Vector3f eigenvalues = eigen.values;
   // On a line, as within one sweep of a 2D laser, the range noise would pass for a plane's width.
   if (!(eigenvalues.y() > line_ratio * eigenvalues.z())) return;
-  const Eigen::Vector3f normal = solver.eigenvectors().col(0);
+  const Eigen::Vector3f normal = eigen.vectors.col(0);
   if (!normal.allFinite()) return;
   Eigen::Map<Eigen::Vector3f>(sample.normal) = normal;
   sample.roughness = std::clamp(eigenvalues.x() / eigenvalues.y(), 0.0F, 1.0F);

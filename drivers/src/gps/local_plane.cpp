@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "alces/portable_math.h"
+
 namespace alces {
 namespace {
 
@@ -14,10 +16,8 @@ constexpr double eccentricity_squared = flattening * (2 - flattening);
 }  // namespace
 
 Eigen::Vector3d ecef_from_geodetic(const Geodetic& position) {
-  const double sin_lat = std::sin(deg * position.latitude_deg);
-  const double cos_lat = std::cos(deg * position.latitude_deg);
-  const double sin_lon = std::sin(deg * position.longitude_deg);
-  const double cos_lon = std::cos(deg * position.longitude_deg);
+  const auto [sin_lat, cos_lat] = portable::sine_cosine(deg * position.latitude_deg);
+  const auto [sin_lon, cos_lon] = portable::sine_cosine(deg * position.longitude_deg);
   const double normal_m = semi_major_axis_m / std::sqrt(1 - eccentricity_squared * sin_lat * sin_lat);
   const double axis_distance_m = (normal_m + position.height_m) * cos_lat;
   return {axis_distance_m * cos_lon, axis_distance_m * sin_lon,
@@ -25,10 +25,8 @@ Eigen::Vector3d ecef_from_geodetic(const Geodetic& position) {
 }
 
 LocalPlane::LocalPlane(const Geodetic& origin) : origin_ecef_m_(ecef_from_geodetic(origin)) {
-  const double sin_lat = std::sin(deg * origin.latitude_deg);
-  const double cos_lat = std::cos(deg * origin.latitude_deg);
-  const double sin_lon = std::sin(deg * origin.longitude_deg);
-  const double cos_lon = std::cos(deg * origin.longitude_deg);
+  const auto [sin_lat, cos_lat] = portable::sine_cosine(deg * origin.latitude_deg);
+  const auto [sin_lon, cos_lon] = portable::sine_cosine(deg * origin.longitude_deg);
   enu_from_ecef_ << -sin_lon, cos_lon, 0,               //
       -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat,  //
       cos_lat * cos_lon, cos_lat * sin_lon, sin_lat;

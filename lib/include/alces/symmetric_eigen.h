@@ -4,50 +4,54 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <type_traits>
 
 namespace alces {
 
-template <int Size>
+template <int Size, typename Scalar = double>
 struct SymmetricEigen {
-  Eigen::Matrix<double, Size, 1> values;      ///< ascending
-  Eigen::Matrix<double, Size, Size> vectors;  ///< columns, in the order of the values
+  Eigen::Matrix<Scalar, Size, 1> values;      ///< ascending
+  Eigen::Matrix<Scalar, Size, Size> vectors;  ///< columns, in the order of the values
 };
 
-template <int Size>
-[[nodiscard]] SymmetricEigen<Size> symmetric_eigen(Eigen::Matrix<double, Size, Size> a) {
-  SymmetricEigen<Size> result;
+template <int Size, typename Scalar = double>
+[[nodiscard]] SymmetricEigen<Size, Scalar> symmetric_eigen(
+    std::type_identity_t<Eigen::Matrix<Scalar, Size, Size>> a) {
+  SymmetricEigen<Size, Scalar> result;
   result.vectors.setIdentity();
   constexpr int most_sweeps = 30;  // convergence is quadratic: a handful is enough
+  constexpr Scalar negligible =
+      static_cast<Scalar>(sizeof(Scalar) == 8 ? 1e-30 : 1e-14);  // a share of squares
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-    double off_diagonal = 0;
-    double diagonal = 0;
+    Scalar off_diagonal = 0;
+    Scalar diagonal = 0;
     for (int c = 0; c < Size; ++c) {
       diagonal += a(c, c) * a(c, c);
       for (int r = c + 1; r < Size; ++r) off_diagonal += a(r, c) * a(r, c);
     }
-    if (!(off_diagonal > 1e-30 * diagonal)) break;
+    if (!(off_diagonal > negligible * diagonal)) break;
     for (int p = 0; p < Size; ++p) {
       for (int q = p + 1; q < Size; ++q) {
         if (a(q, p) == 0) continue;
-        const double theta = (a(q, q) - a(p, p)) / (2 * a(q, p));
-        const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-        const double cosine = 1 / std::sqrt(t * t + 1);
-        const double sine = t * cosine;
+        const Scalar theta = (a(q, q) - a(p, p)) / (2 * a(q, p));
+        const Scalar t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+        const Scalar cosine = 1 / std::sqrt(t * t + 1);
+        const Scalar sine = t * cosine;
         for (int k = 0; k < Size; ++k) {  // columns p and q
-          const double kp = a(k, p);
-          const double kq = a(k, q);
+          const Scalar kp = a(k, p);
+          const Scalar kq = a(k, q);
           a(k, p) = cosine * kp - sine * kq;
           a(k, q) = sine * kp + cosine * kq;
         }
         for (int k = 0; k < Size; ++k) {  // rows p and q
-          const double pk = a(p, k);
-          const double qk = a(q, k);
+          const Scalar pk = a(p, k);
+          const Scalar qk = a(q, k);
           a(p, k) = cosine * pk - sine * qk;
           a(q, k) = sine * pk + cosine * qk;
         }
         for (int k = 0; k < Size; ++k) {
-          const double kp = result.vectors(k, p);
-          const double kq = result.vectors(k, q);
+          const Scalar kp = result.vectors(k, p);
+          const Scalar kq = result.vectors(k, q);
           result.vectors(k, p) = cosine * kp - sine * kq;
           result.vectors(k, q) = sine * kp + cosine * kq;
         }

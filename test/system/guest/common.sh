@@ -1,9 +1,8 @@
-# What the scenarios share. Programs write their logs to /out, which is a folder of the host's. What must not be held up while
-# the host is busy (time goes on in here) is written to memory, and brought out by keep.
-out=/out/$scenario
-memory=/run/alces/$scenario
-mkdir -p "$out" "$memory"
-keep() { cp "$memory"/* "$out"; }
+# What the scenarios share. /out is a folder of the host's: a program that writes there is held up while the host is busy, and
+# time goes on in here. So everything is written to memory, and brought out by keep when nothing is under way.
+out=/run/alces/$scenario
+mkdir -p "$out" "/out/$scenario"
+keep() { cp "$out"/* "/out/$scenario"; }
 
 verdict() {  # verdict NAME STATUS WHY-NOT
   if [ "$2" = 0 ]; then echo "PASS $1"; else echo "FAIL $1: $3"; fi

@@ -11,11 +11,11 @@ grep -q 'in use by "gpiomon"' "$out/busy.log"; named=$?
 verdict "gpio line busy: named, exit status 5, no empty recording" $? "status $status: $(tail -n 1 "$out/busy.log")"
 kill $holder; wait $holder
 
-start_simulator simulator.log --scans 30 --speed 1.6 --seed 2 --standstill 8 --tap 3 --truth /run/alces/truth.tum
-candump -L vcan0 > "$memory/candump.log" 2> "$out/candump.err" & candump=$!
-gpiomon "$chip" 3 > "$memory/gpiomon.txt" 2>&1 & gpiomon=$!
+start_simulator simulator.log --scans 30 --speed 1.6 --seed 2 --standstill 8 --tap 3 --truth "$out/truth.tum"
+candump -L vcan0 > "$out/candump.log" 2> "$out/candump.err" & candump=$!
+gpiomon "$chip" 3 > "$out/gpiomon.txt" 2>&1 & gpiomon=$!
 sleep 0.5
-start_alcesd alcesd.log --record "$memory/drive.mcap"
+start_alcesd alcesd.log --record "$out/drive.mcap"
 until_true 20 grep -q '^rolls' "$out/simulator.log"; verdict "the vehicle drives" $? "$(tail -n 1 "$out/simulator.log")"
 
 # Frames that are not for anybody here, while it drives: with the drive's own identifiers, extended and FD.
@@ -37,9 +37,7 @@ ends_within 60 "$alcesd"; status=$?
 verdict "SIGTERM: alcesd ends with status 0" $status "status $status: $(tail -n 1 "$out/alcesd.log")"
 sleep 0.5
 kill -TERM $candump $gpiomon; wait $candump; wait $gpiomon
-keep
 stop_simulator
-cp /run/alces/truth.tum "$out"
 cat "$out/simulator.log"; tail -n 30 "$out/alcesd.log"
 grep -q '^head: -\?0.00 rpm; motor: .*disabled' "$out/simulator.log"
 verdict "SIGTERM: the head stands and the motor is disabled" $? "$(grep '^head' "$out/simulator.log")"
