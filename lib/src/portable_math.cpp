@@ -9,30 +9,20 @@
 namespace alces::portable {
 namespace {
 
-// pi/2 in three parts (Cody and Waite): the first two have 33 bits, so their product with a number of quarter turns below 2^20
-// is exact.
+// pi/2 in three parts (Cody and Waite): the first two have 33 bits, so their product with a number of quarter
+// turns below 2^20 is exact.
 constexpr double quarter_high = 0x1.921fb544p+0;
 constexpr double quarter_middle = 0x1.0b4611a6p-34;
 constexpr double quarter_low = 0x1.3198a2e037073p-69;
 constexpr double largest_rad = 1e6;
 
 // 1/n! with alternating signs, in powers of x^2. On |x| <= pi/4 what is left out is below 1e-17.
-constexpr std::array sine_terms = {-1.0 / 6,
-                                   1.0 / 120,
-                                   -1.0 / 5040,
-                                   1.0 / 362880,
-                                   -1.0 / 39916800,
-                                   1.0 / 6227020800,
-                                   -1.0 / 1307674368000,
-                                   1.0 / 355687428096000};
-constexpr std::array cosine_terms = {-1.0 / 2,
-                                     1.0 / 24,
-                                     -1.0 / 720,
-                                     1.0 / 40320,
-                                     -1.0 / 3628800,
-                                     1.0 / 479001600,
-                                     -1.0 / 87178291200,
-                                     1.0 / 20922789888000};
+constexpr std::array sine_terms = {
+    -1.0 / 6,        1.0 / 120,        -1.0 / 5040,          1.0 / 362880,
+    -1.0 / 39916800, 1.0 / 6227020800, -1.0 / 1307674368000, 1.0 / 355687428096000};
+constexpr std::array cosine_terms = {
+    -1.0 / 2,       1.0 / 24,        -1.0 / 720,         1.0 / 40320,
+    -1.0 / 3628800, 1.0 / 479001600, -1.0 / 87178291200, 1.0 / 20922789888000};
 
 // atan(k / 8). Around these, |x| <= 1/16: what is left out is below 1e-18.
 constexpr std::array eighths_rad = {0.0,
@@ -68,15 +58,23 @@ SineCosine sine_cosine(double angle_rad) {
   const double sine = x + x * (x2 * polynomial(sine_terms, x2));
   const double cosine = 1 + x2 * polynomial(cosine_terms, x2);
   switch (quarters & 3) {
-    case 0: return {sine, cosine};
-    case 1: return {cosine, -sine};
-    case 2: return {-sine, -cosine};
-    default: return {-cosine, sine};
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
   }
 }
 
-double sin(double angle_rad) { return sine_cosine(angle_rad).sine; }
-double cos(double angle_rad) { return sine_cosine(angle_rad).cosine; }
+double sin(double angle_rad) {
+  return sine_cosine(angle_rad).sine;
+}
+double cos(double angle_rad) {
+  return sine_cosine(angle_rad).cosine;
+}
 
 double atan2(double y, double x) {
   if (std::isnan(x) || std::isnan(y)) return std::numeric_limits<double>::quiet_NaN();
@@ -97,6 +95,8 @@ double atan2(double y, double x) {
   return std::copysign(angle_rad, y);
 }
 
-double hypot(double x, double y) { return std::sqrt(x * x + y * y); }
+double hypot(double x, double y) {
+  return std::sqrt(x * x + y * y);
+}
 
 }  // namespace alces::portable

@@ -15,7 +15,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// Between -largest and largest, the same on every machine (a standard distribution's values are its library's choice).
+// Between -largest and largest, the same on every machine (a standard distribution's values are its library's
+// choice).
 double uniform(std::mt19937_64& random, double largest) {
   return largest * (static_cast<double>(random() >> 11) * 0x1p-52 - 1);
 }

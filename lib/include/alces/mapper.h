@@ -62,9 +62,9 @@ struct MapperConfig {
   VoxelGridConfig voxel;  ///< cell_capacity is also the most points that a stored scan has
   SurfaceConfig surface;
 
-  /// Residuals that count little begin early: what is paired wrongly near the ground is a wall's foot or a
-  /// car, always above it, and would pitch every step a little upward.
-  IcpConfig scan_match{.robust_factor = 2.5F, .robust_scale_m = 0.02F};
+  /// Residuals that count little begin early, and pairs are near: what is paired wrongly on the ground is a
+  /// wall's foot or a car, always above it, and would pitch every step a little upward.
+  IcpConfig scan_match{.last_distance_limit_m = 0.5F, .robust_factor = 2.5F, .robust_scale_m = 0.02F};
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
   bool learn_odometry_heading =
       true;  ///< predict with the heading offset that matches show the odometry to have
@@ -265,6 +265,7 @@ constexpr MapperConfig MapperConfig::standard() {
 constexpr MapperConfig MapperConfig::paper() {
   MapperConfig config;
   config.scan_match.metric = IcpMetric::point_to_point;
+  config.scan_match.last_distance_limit_m = 0.8F;
   config.scan_match.robust_factor = 0;
   config.scan_match.maximum_iterations = 50;
   config.loop_match = config.scan_match;

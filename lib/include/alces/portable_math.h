@@ -1,11 +1,13 @@
-// Sine, cosine, arc tangent and hypotenuse that have the same bits on every processor and with every C library.
-// Those of a C library have not: glibc picks another version where the processor has FMA, compilers fuse
-// differently for ARM, newlib's are others again. One bit decides in the end which points of a scan are paired: poses of a
-// drive that is replayed elsewhere would be millimetres off. These are sums and products of doubles, nothing
-// else, compiled with -ffp-contract=off. (Square roots, and remainders, are exact everywhere: std has them.)
+// Sine, cosine, arc tangent and hypotenuse that have the same bits on every processor and with every C
+// library. Those of a C library have not: glibc picks another version where the processor has FMA, compilers
+// fuse differently for ARM, newlib's are others again. One bit decides in the end which points of a scan are
+// paired: poses of a drive that is replayed elsewhere would be millimetres off. These are sums and products
+// of doubles, nothing else, compiled with -ffp-contract=off. (Square roots, and remainders, are exact
+// everywhere: std has them.)
 //
-// Error: at most 4e-16 absolute for results up to pi. Cost: some twenty multiplications and at most two divisions.
-// NaN gives NaN, an infinite angle has no sine and gives NaN; atan2 of zeros and infinities is that of C's annex F.
+// Error: at most 4e-16 absolute for results up to pi. Cost: some twenty multiplications and at most two
+// divisions. NaN gives NaN, an infinite angle has no sine and gives NaN; atan2 of zeros and infinities is
+// that of C's annex F.
 #pragma once
 
 namespace alces::portable {

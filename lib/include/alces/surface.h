@@ -13,7 +13,7 @@ namespace alces {
 
 struct SurfaceConfig {
   std::uint32_t sample_capacity = 1536;  ///< most samples a scan
-  std::uint32_t neighbors = 12;          ///< of the plane fit, the sample itself included
+  std::uint32_t neighbors = 16;          ///< of the plane fit, the sample itself included
   float neighbor_radius_m = 1.0F;        ///< neighbours farther than this do not count
 };
 
