@@ -103,14 +103,14 @@ RowResult run_online_row(const CompareRow& row, SpooledScanSource& scans, const 
   const Scratch scratch(*map.archive);
   std::optional<LumRelaxation> relaxation;
   std::unique_ptr<MapRun> run;
+  const auto index_so_far = [&](std::size_t count) {
+    std::vector<std::size_t> index;
+    for (const MappedScan& scan : run->mapped()) index.push_back(scan.source_index);
+    if (index.size() < count) index.push_back(scan_being_added(*run));
+    return index;
+  };
   if (row.online == OnlineMethod::lum) {
     map.config.trigger.repeat_after_scans = 0;
-    const auto index_so_far = [&](std::size_t count) {
-      std::vector<std::size_t> index;
-      for (const MappedScan& scan : run->mapped()) index.push_back(scan.source_index);
-      if (index.size() < count) index.push_back(scan_being_added(*run));
-      return index;
-    };
     relaxation.emplace(scans, request.lum, request.out, index_so_far,
                        ScanRelaxationCallbacks{
                            .progress =
