@@ -87,22 +87,33 @@ TEST_CASE("what lum cannot work with ends in a sentence, and leaves nothing") {
 }
 
 #ifdef ALCES_MPI_PROGRAM
+namespace {
+
+// Optimises the folder's map into `out`; the status is mpirun's. Open MPI does not free what plugins took
+// that it has unloaded: a leak sanitizer cannot tell whose that was, and is not asked.
+int optimize_under_mpirun(const TemporaryFolder& folder, int ranks, const std::string& out) {
+  const std::string command =
+      "cd '" + folder.path().string() +
+      "' && LSAN_OPTIONS=detect_leaks=0 mpirun --allow-run-as-root --oversubscribe -n " +
+      std::to_string(ranks) + " '" ALCES_MPI_PROGRAM "' optimize map --with lum --out " + out +
+      " >stdout.txt 2>stderr.txt </dev/null";
+  return std::system(command.c_str());
+}
+
+}  // namespace
+
 TEST_CASE("under mpirun the poses are those of one process to the bit") {
   const TemporaryFolder folder;
   make_map(folder);
   REQUIRE(run_alces(folder, "optimize map --with lum --out alone").status == 0);
   const std::string alone = content_of(folder / "alone/trajectory.tum");
-  for (const char* ranks : {"1", "2", "4"}) {
-    const std::string out = std::string("out") + ranks;
-    const std::string command = "cd '" + folder.path().string() +
-                                "' && mpirun --allow-run-as-root --oversubscribe -n " + ranks +
-                                " '" ALCES_MPI_PROGRAM "' optimize map --with lum --out " + out +
-                                " >stdout.txt 2>stderr.txt </dev/null";
-    const int status = std::system(command.c_str());
+  for (const int ranks : {1, 2, 4}) {
+    const std::string out = "out" + std::to_string(ranks);
+    const int status = optimize_under_mpirun(folder, ranks, out);
     INFO(content_of(folder / "stderr.txt"));
     REQUIRE(status == 0);
     CHECK(content_of(folder / (out + "/trajectory.tum")) == alone);
-    CHECK(report_of(folder, out)["optimize"]["ranks"] == std::stoi(ranks));
+    CHECK(report_of(folder, out)["optimize"]["ranks"] == ranks);
   }
 }
 
@@ -110,10 +121,7 @@ TEST_CASE("under mpirun a missing scan ends all ranks with one sentence") {
   const TemporaryFolder folder;
   make_map(folder);
   std::filesystem::remove(folder / "scans/scan003.pcd");
-  const std::string command = "cd '" + folder.path().string() +
-                              "' && mpirun --allow-run-as-root --oversubscribe -n 2 '" ALCES_MPI_PROGRAM
-                              "' optimize map --with lum --out out >stdout.txt 2>stderr.txt </dev/null";
-  CHECK(std::system(command.c_str()) != 0);
+  CHECK(optimize_under_mpirun(folder, 2, "out") != 0);
   const std::string err = content_of(folder / "stderr.txt");
   const std::size_t first = err.find("scan 3 is missing");
   CHECK(first != std::string::npos);
