@@ -120,7 +120,7 @@ Status LoopSharing::share_as_the_paper(std::span<const Pose> poses, const Pose& 
 bool LoopSharing::is_swung(std::span<const Pose> poses, const Pose& map_from_l) const {
   const Vector6d offset = offset_between(poses[l_], map_from_l);
   const double most_rad = offset.tail<3>().norm() + turn_rad_per_m * offset.head<3>().norm();
-  const double least_cosine = portable::cos(std::min(most_rad, std::numbers::pi) / 2);
+  const double least_cosine = portable::sine_cosine(std::min(most_rad, std::numbers::pi) / 2).cosine;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double cosine = std::abs(poses[i].rotation.dot(bent_[i].rotation));  // of half the turn
     if (!(cosine >= least_cosine - 1e-12)) return true;

@@ -69,13 +69,6 @@ SineCosine sine_cosine(double angle_rad) {
   }
 }
 
-double sin(double angle_rad) {
-  return sine_cosine(angle_rad).sine;
-}
-double cos(double angle_rad) {
-  return sine_cosine(angle_rad).cosine;
-}
-
 double atan2(double y, double x) {
   if (std::isnan(x) || std::isnan(y)) return std::numeric_limits<double>::quiet_NaN();
   const double up = std::abs(y);

@@ -55,6 +55,23 @@ Matrix<Size> positive(Random& random, double condition) {
 
 }  // namespace
 
+TEST_CASE("in single precision eigenvalues and eigenvectors are those of double precision, to rounding") {
+  Random random(4);
+  for (int round = 0; round < 300; ++round) {
+    // As of a plane's points: wide, narrower, nearly flat.
+    const Matrix<3> exact =
+        with_spectrum<3>(random, {1e-6 * random.uniform(), random.uniform(0.01, 0.1), 1.0});
+    const Eigen::Matrix3f a = exact.cast<float>();
+    const SymmetricEigen<3, float> ours = symmetric_eigen<3, float>(a);
+    const SymmetricEigen<3> same = symmetric_eigen<3>(a.cast<double>());
+    CAPTURE(a);
+    CHECK((ours.values.cast<double>() - same.values).cwiseAbs().maxCoeff() < 1e-6);
+    CHECK((ours.vectors.transpose() * ours.vectors - Eigen::Matrix3f::Identity()).cwiseAbs().maxCoeff() <
+          1e-6F);
+    CHECK(1 - std::abs(ours.vectors.col(0).cast<double>().dot(same.vectors.col(0))) < 1e-6);
+  }
+}
+
 TEST_CASE("eigenvalues and eigenvectors are those of Eigen's solver") {
   Random random(1);
   for (int round = 0; round < 300; ++round) {

@@ -19,8 +19,6 @@ struct SineCosine {
 
 /// Beyond 1e6 rad, where nothing turns, the angle is first taken modulo the double nearest to 2 pi.
 [[nodiscard]] SineCosine sine_cosine(double angle_rad);
-[[nodiscard]] double sin(double angle_rad);
-[[nodiscard]] double cos(double angle_rad);
 
 /// In [-pi, pi].
 [[nodiscard]] double atan2(double y, double x);

@@ -103,6 +103,7 @@ RowResult run_online_row(const CompareRow& row, SpooledScanSource& scans, const 
   const Scratch scratch(*map.archive);
   std::optional<LumRelaxation> relaxation;
   std::unique_ptr<MapRun> run;
+  // The relaxation asks for it as long as the drive lasts.
   const auto index_so_far = [&](std::size_t count) {
     std::vector<std::size_t> index;
     for (const MappedScan& scan : run->mapped()) index.push_back(scan.source_index);
