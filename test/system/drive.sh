@@ -28,6 +28,6 @@ cp "$drive/gpiomon.txt" "$drive/witnessed/gpio.txt"
 check "candump's and gpiomon's traces become a recording" "$alces" convert --lines 3 "$drive/witnessed" "$drive/witnessed.mcap"
 check "... that replays" replay "$drive/witnessed.mcap" "$drive/witnessed_map"
 # Not to the bit: the witnesses know nothing of our ticks, at which the SYNC that samples the motor's position is sent.
-check "... to the poses of the drive" "$here/traces.py" compare "$drive/recorded.tum" "$drive/witnessed_map/trajectory.tum" 0.3
+check "... to the poses of the drive" "$here/traces.py" compare "$drive/recorded.tum" "$drive/witnessed_map/trajectory.tum" 0.15
 check "... as near the truth" near_truth "$drive/witnessed_map" 0.2
 cp "$drive/traces/can0.log" "$results/exported.log"
