@@ -1,6 +1,6 @@
 # Runs in the fresh Debian that fresh_debian.sh makes; prints what it looks at, stops at what is wrong.
 export LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive
-cd /work
+cd /packaging
 say() { echo "== $*"; }
 
 say "install"
