@@ -67,8 +67,9 @@ std::vector<Packet> pcapng_stream(const std::string& name) {
   }
   const Bytes bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const auto little = [&](std::size_t at) -> std::uint32_t {
-    return bytes.at(at) | bytes.at(at + 1) << 8U | bytes.at(at + 2) << 16U |
-           static_cast<std::uint32_t>(bytes.at(at + 3)) << 24U;
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i-- > 0;) value = value << 8 | bytes.at(at + i);
+    return value;
   };
   const auto big = [&](std::size_t at, std::size_t count) {
     std::uint32_t value = 0;

@@ -135,10 +135,10 @@ TEST_CASE("optimize: of a map folder a whole one comes out, every scan's points 
   double most_moved_m = 0;
   const Trajectory before = read_trajectory(folder / "map");
   for (std::size_t i = 0; i < 60; ++i, at += 16) {
-    float xyz[3];
-    std::memcpy(xyz, at, sizeof(xyz));
+    Eigen::Vector3f xyz;
+    std::memcpy(xyz.data(), at, sizeof(xyz));
     const Eigen::Vector3d expected = trajectory.poses[i] * Eigen::Vector3d(1, 0, 0);
-    REQUIRE((Eigen::Vector3d(double{xyz[0]}, double{xyz[1]}, double{xyz[2]}) - expected).norm() < 1e-4);
+    REQUIRE((xyz.cast<double>() - expected).norm() < 1e-4);
     most_moved_m =
         std::max(most_moved_m, (before.poses[i].translation_m - trajectory.poses[i].translation_m).norm());
   }
