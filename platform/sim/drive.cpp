@@ -14,8 +14,8 @@ constexpr double deg = std::numbers::pi / 180.0;
 std::vector<Pose> drift(const std::vector<Pose>& truth, const OdometrySettings& settings,
                         std::uint64_t seed) {
   Random random(mix(seed, 40));
-  const double scale =
-      1.0 + settings.scale_error * random.uniform(0.7, 1.3) * (random.chance(0.5) ? 1.0 : -1.0);
+  const double scale_error = settings.scale_error * random.uniform(0.7, 1.3);
+  const double scale = 1.0 + (random.chance(0.5) ? scale_error : -scale_error);
   const double turn_scale = 1.0 + settings.turn_scale_error * random.normal();
   const double bias = settings.heading_bias_deg_per_m * deg * random.normal();
   std::vector<Pose> odometry(1);

@@ -39,7 +39,7 @@ GpsReceiver::GpsReceiver(const GpsSettings& settings, std::uint64_t seed, const 
       random_(mix(seed, 80)),
       start_stamp_ns_(start_stamp_ns),
       next_ns_(start_stamp_ns + second_ns / 3) {
-  wander_m_ = settings.wander_m * Eigen::Vector3d(random_.normal(), random_.normal(), 1.8 * random_.normal());
+  wander_m_ = settings.wander_m * Eigen::Vector3d{random_.normal(), random_.normal(), 1.8 * random_.normal()};
 }
 
 GpsReceiver::Geodetic GpsReceiver::geodetic(const Eigen::Vector3d& east_north_up_m) const {

@@ -211,7 +211,8 @@ void Town::build_side(const Side& side, std::uint64_t seed) {
     double width = plain ? random.uniform(18, 32) : random.uniform(7, 16);
     if (side.house_to_m - from - width < 7) width = side.house_to_m - from;
     width = std::min(width, side.house_to_m - from);
-    const double setback = random.uniform(0, 1.2) * (random.chance(0.5) ? 1.0 : 0.15);
+    double setback = random.uniform(0, 1.2);
+    if (!random.chance(0.5)) setback *= 0.15;
     const Vector2d left = at(from, -setback);
     const Vector2d right = at(from + width, -setback);
     const Frame front = frame(left, right - left);

@@ -1,5 +1,6 @@
 // Random numbers that are the same on every machine and standard library: splitmix64, and distributions
-// written out.
+// written out. Two draws never stand in one list of arguments in parentheses: their order would be the
+// compiler's. In braces it is the reader's.
 #pragma once
 
 #include <cstdint>
