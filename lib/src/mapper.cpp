@@ -29,6 +29,7 @@ bool is_usable(const MapperConfig& config) {
          config.voxel.cell_size_m > 0 && config.voxel.maximum_range_m > config.voxel.minimum_range_m &&
          config.voxel.cell_capacity <= KdTree::maximum_points && config.surface.sample_capacity > 0 &&
          is_usable(config.scan_match) && is_usable(config.loop_match) &&
+         config.loop_search.shift_step_m > 0 && config.loop_search.shift_steps <= Icp::maximum_shift_steps &&
          LoopDetector::check(config.detector) == Status::ok;
 }
 
@@ -301,23 +302,30 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
   const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
   const Eigen::Vector3d weakest = symmetric_eigen<3>(information).vectors.col(0);
   // As with turns: scan l alone, few iterations, the best of them in full.
+  const std::span<const IcpScan> scan_l = data.last(1);
+  std::array<double, 3> shifts_m;
+  const std::uint32_t shift_count =
+      icp_.likely_shifts(model, scan_l, match.model_from_data, weakest, search.shift_step_m,
+                         search.shift_steps, config_.loop_match, shifts_m);
+  if (shift_count == 0) return match;
+
+  constexpr float near_m = 1.0F;
   IcpConfig near = config_.loop_match;
-  near.first_distance_limit_m =
-      std::max(near.last_distance_limit_m, static_cast<float>(2 * search.shift_step_m));
+  near.first_distance_limit_m = std::max(near.last_distance_limit_m, near_m);
   IcpConfig quick = near;
   quick.maximum_iterations = search.iterations;
-  IcpResult best = icp_.match(model, data.last(1), match.model_from_data, quick);
+  IcpConfig where_it_is = config_.loop_match;
+  where_it_is.first_distance_limit_m = where_it_is.last_distance_limit_m;
+  where_it_is.maximum_iterations = 1;
+  IcpResult best = icp_.match(model, scan_l, match.model_from_data, where_it_is);
   bool is_shifted = false;
-  for (const double side : {1.0, -1.0}) {
-    for (std::uint32_t step = 0; step < search.shift_steps; ++step) {
-      Pose shifted = best.model_from_data;
-      shifted.translation_m += side * search.shift_step_m * weakest;
-      const IcpResult next = icp_.match(model, data.last(1), shifted, quick);
-      if (!is_found(next) || next.fit < best.fit + search.shift_gain) break;
-      best = next;
-      is_shifted = true;
-    }
-    if (is_shifted) break;  // what is better this way is worse the other
+  for (const double shift_m : std::span(shifts_m).first(shift_count)) {
+    Pose shifted = match.model_from_data;
+    shifted.translation_m += shift_m * weakest;
+    const IcpResult next = icp_.match(model, scan_l, shifted, quick);
+    if (!is_found(next) || next.fit < best.fit + search.shift_gain) continue;
+    best = next;
+    is_shifted = true;
   }
   return is_shifted ? icp_.match(model, data, best.model_from_data, near) : match;
 }

@@ -396,3 +396,49 @@ TEST_CASE("the information of a match is symmetric, positive and grows with the 
   CHECK(result.information.diagonal().minCoeff() > 0);
   for (int i = 0; i < 6; ++i) CHECK(result.information(i, i) > 2 * with_fewer.information(i, i));
 }
+
+TEST_CASE("what lies across long walls says how far along them the data have slid") {
+  const Scene street = walled_street();
+  const Pose at = pose_at(0.4, 0, 1, 0);
+  const Scan model(street.scan(at, 12000, 14, 0.01, 1));
+  const Scan data(street.scan(at, 12000, 14, 0.01, 2));
+  const IcpScan model_scan = model.at();
+  const IcpScan data_scan = data.at();
+  const auto one = [](const IcpScan& scan) { return std::span(&scan, 1); };
+  const Eigen::Vector3d along = Eigen::Vector3d::UnitX();
+  InBlock<Icp> icp(4096U);
+  std::array<double, 3> shifts_m{};
+  for (const double slid_m : {-3.7, -1.2, -0.5, 0.6, 2.2, 3.9}) {
+    const Pose slid = pose_at(slid_m, 0, 0, 0);
+    const auto found =
+        icp->likely_shifts(one(model_scan), one(data_scan), slid, along, 0.1, 40, IcpConfig{}, shifts_m);
+    CAPTURE(slid_m, found, shifts_m[0]);
+    REQUIRE(found >= 1);
+    CHECK(shifts_m[0] == Approx(-slid_m).margin(0.11));
+  }
+
+  SECTION("where they already fit best, nothing is offered") {
+    CHECK(icp->likely_shifts(one(model_scan), one(data_scan), Pose{}, along, 0.1, 40, IcpConfig{},
+                             shifts_m) == 0);
+  }
+  SECTION("no more are offered than there is room for, nor farther than asked") {
+    const Pose slid = pose_at(2.2, 0, 0, 0);
+    CHECK(icp->likely_shifts(one(model_scan), one(data_scan), slid, along, 0.1, 40, IcpConfig{}, {}) == 0);
+    const auto found =
+        icp->likely_shifts(one(model_scan), one(data_scan), slid, along, 0.1, 15, IcpConfig{}, shifts_m);
+    for (std::uint32_t i = 0; i < found; ++i) CHECK(std::abs(shifts_m[i]) <= 1.5);
+  }
+  SECTION("nothing lies across a corridor, no model, too many steps: none") {
+    const Scene plain = corridor();
+    const Scan there(plain.scan(pose_at(0, 0, 1, 0), 6000, 14, 0, 1));
+    const Scan again(plain.scan(pose_at(0, 0, 1, 0), 6000, 14, 0, 2));
+    const IcpScan there_scan = there.at();
+    const IcpScan again_scan = again.at();
+    CHECK(icp->likely_shifts(one(there_scan), one(again_scan), Pose{}, along, 0.1, 40, IcpConfig{},
+                             shifts_m) == 0);
+    CHECK(icp->likely_shifts({}, one(data_scan), Pose{}, along, 0.1, 40, IcpConfig{}, shifts_m) == 0);
+    CHECK(icp->likely_shifts(one(model_scan), {}, Pose{}, along, 0.1, 40, IcpConfig{}, shifts_m) == 0);
+    CHECK(icp->likely_shifts(one(model_scan), one(data_scan), Pose{}, along, 0.1,
+                             Icp::maximum_shift_steps + 1, IcpConfig{}, shifts_m) == 0);
+  }
+}

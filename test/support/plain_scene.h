@@ -77,7 +77,7 @@ class Scene {
       Eigen::Vector3d body =
           body_from_map * Eigen::Vector3d(patch.corner + along * patch.u + across * patch.v);
       if (body.norm() > reach_m || body.norm() < 0.5) continue;
-      body += noise_m * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+      body += noise_m * Eigen::Vector3d{random.normal(), random.normal(), random.normal()};
       points.push_back(as_point(body));
     }
     return points;
@@ -128,6 +128,19 @@ inline Scene corridor() {
   scene.rectangle({-100, -2, 0}, {200, 0, 0}, {0, 4, 0});
   scene.rectangle({-100, -2, 0}, {200, 0, 0}, {0, 0, 3});
   scene.rectangle({-100, 2, 0}, {200, 0, 0}, {0, 0, 3});
+  return scene;
+}
+
+/// A street along x between smooth walls, 120 m long. What lies across them are pillars and porches, of which
+/// a scan sees few points.
+inline Scene walled_street() {
+  Scene scene;
+  scene.rectangle({-60, -30, 0}, {120, 0, 0}, {0, 60, 0});
+  scene.box({-60, 7, 0}, {60, 9, 5});
+  scene.box({-60, -9, 0}, {60, -7, 5});
+  for (const double x_m : {-13.0, -8.6, -3.1, 2.0, 8.9, 14.2}) scene.box({x_m, 4, 0}, {x_m + 0.6, 4.6, 3});
+  scene.box({4, -7, 0}, {7, -5, 4});
+  scene.box({-12, -7, 0}, {-9, -5.5, 4});
   return scene;
 }
 

@@ -108,6 +108,18 @@ class Icp {
                                 const Pose& initial_model_from_data, const IcpConfig& config,
                                 std::span<IcpIteration> trace = {});
 
+  static constexpr std::uint32_t maximum_shift_steps = 64;
+
+  /// Where else along a line the data may lie. Of the samples whose plane faces along `direction` (model
+  /// frame, unit), those are counted that come to lie on the model when the data are shifted along it by
+  /// -steps ... +steps (at most maximum_shift_steps) times step_m. Writes the shifts where the most do, at
+  /// most shifts_m.size(), best first, as long as they are more than where the data lie; returns how many.
+  /// Cost: a short search in a tree for each shift and each of at most 192 samples.
+  [[nodiscard]] std::uint32_t likely_shifts(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                            const Pose& model_from_data, const Eigen::Vector3d& direction,
+                                            double step_m, std::uint32_t steps, const IcpConfig& config,
+                                            std::span<double> shifts_m);
+
  private:
   struct DataPoint {
     Point point;            // data frame

@@ -39,16 +39,17 @@ struct BeliefConfig {
 /// about l's upright by multiples of a step, to both sides; the largest overlap wins.
 ///
 /// Shifted: between long walls a match comes together anywhere along them, because what lies across is few
-/// samples, and robust weights take them for the odd ones out. So each match is shifted along its weakest
-/// direction, as long as more samples come to lie on the model for it (IcpResult::fit).
+/// samples, and robust weights take them for the odd ones out. So those few are asked alone, where along the
+/// weakest direction they fit best (Icp::likely_shifts), and the match starts anew from the best three such
+/// places; one where more of all samples come to lie on the model (IcpResult::fit) wins.
 struct LoopSearchConfig {
   double sure_overlap = 0.6;  ///< from here on no other start is tried
   double turn_step_rad = 0.14;
   std::uint32_t turn_steps = 2;   ///< to each side; 0: the paper
   std::uint32_t iterations = 12;  ///< of each such start
-  double shift_step_m = 0.5;
-  std::uint32_t shift_steps = 8;  ///< at most; 0: the paper
-  double shift_gain = 0.005;      ///< of the fit, by which a step has to better it
+  double shift_step_m = 0.1;
+  std::uint32_t shift_steps = 40;  ///< to each side, at most Icp::maximum_shift_steps; 0: the paper
+  double shift_gain = 0.005;       ///< of the fit, by which a shift has to better it
   std::uint32_t candidates =
       3;  ///< when the nearest scan is refused, so many in all: each of an earlier visit
 };

@@ -114,10 +114,11 @@ void visit_mapper(Config& config, Visitor& visit) {
                "starts turned by multiples of this");
   visit.number("turn_steps", config.loop_search.turn_steps, 0, 100, "to each side");
   visit.number("shift_step_m", config.loop_search.shift_step_m, 0.01, 100,
-               "along the weakest direction, as long as more samples come to lie on the model");
-  visit.number("shift_steps", config.loop_search.shift_steps, 0, 1000, "at most; 0: none");
+               "shifted along the weakest direction, to where what lies across it fits best");
+  visit.number("shift_steps", config.loop_search.shift_steps, 0, Icp::maximum_shift_steps,
+               "to each side; 0: none");
   visit.number("shift_gain", config.loop_search.shift_gain, 0, 1,
-               "of the share of samples on the model, a step");
+               "of the share of samples on the model: a smaller one is not followed");
   visit.number("iterations", config.loop_search.iterations, 1, 10000, "of each such start");
   visit.number("candidates", config.loop_search.candidates, 1, 100,
                "scans tried in all, when the nearest is refused");
