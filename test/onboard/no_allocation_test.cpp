@@ -42,12 +42,7 @@ std::vector<KeptEvent> drive_events() {
 }  // namespace
 
 int main() {
-  is_armed = true;
-  std::free(std::malloc(100));
-  delete new int(3);
-  is_armed = false;
-  expect(allocations > 0, "the trap springs");
-  allocations = 0;
+  expect(test::trap_springs(), "the trap springs");
 
   const std::vector<KeptEvent> events = drive_events();
   std::string name = "/tmp/alcesd_no_allocation_XXXXXX";

@@ -16,6 +16,17 @@ inline void count_allocation() {
   if (is_armed.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
 }
 
+/// Whether malloc and new are counted. Compilers leave out what is freed unseen, hence volatile.
+inline bool trap_springs() {
+  is_armed = true;
+  void* volatile memory = std::malloc(100);
+  std::free(memory);
+  int* volatile number = new int(3);
+  delete number;
+  is_armed = false;
+  return allocations.exchange(0) == 2;
+}
+
 }  // namespace alces::test
 
 extern "C" {
