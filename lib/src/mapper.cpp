@@ -49,6 +49,8 @@ const char* text(LoopVerdict verdict) {
       return "refused: too little overlap";
     case LoopVerdict::refused_residual:
       return "refused: the residuals are too large";
+    case LoopVerdict::refused_walls:
+      return "refused: too few walls fit";
     case LoopVerdict::refused_implausible:
       return "refused: the correction is larger than the accumulated uncertainty explains";
     case LoopVerdict::refused_capacity:
@@ -251,9 +253,9 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
     } else {
       ++counters_.loops_not_listed;
     }
-    const bool came_together = loop.verdict != LoopVerdict::refused_no_match &&
-                               loop.verdict != LoopVerdict::refused_overlap &&
-                               loop.verdict != LoopVerdict::refused_residual;
+    const bool came_together =
+        loop.verdict != LoopVerdict::refused_no_match && loop.verdict != LoopVerdict::refused_overlap &&
+        loop.verdict != LoopVerdict::refused_residual && loop.verdict != LoopVerdict::refused_walls;
     if (came_together) return;
     // The pose has drifted: perhaps the nearest scan is of another street. An earlier visit may be the right
     // one.
@@ -330,6 +332,19 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
   return is_shifted ? icp_.match(model, data, best.model_from_data, near) : match;
 }
 
+double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, const IcpResult& match) {
+  const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
+  const SymmetricEigen<3> directions = symmetric_eigen<3>(information);
+  FacingFit both;
+  for (const int weaker : {0, 1}) {
+    const FacingFit fit = icp_.facing_fit(model, {&scan_l, 1}, match.model_from_data,
+                                          directions.vectors.col(weaker), config_.loop_match);
+    both.samples += fit.samples;
+    both.fitting += fit.fitting;
+  }
+  return both.samples == 0 ? 0.0 : static_cast<double>(both.fitting) / both.samples;
+}
+
 void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
   const std::uint32_t f = candidate.first;
   const std::uint32_t l = candidate.last;
@@ -369,6 +384,12 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   }
   if (match.rms_m > config_.belief.maximum_rms_m) {
     loop.verdict = LoopVerdict::refused_residual;
+    return;
+  }
+  loop.wall_fit = wall_fit(std::span(model).first(model_count), data[data_count - 1], match);
+  if (loop.correction_m > config_.belief.small_correction_m &&
+      loop.wall_fit < config_.belief.minimum_wall_fit) {
+    loop.verdict = LoopVerdict::refused_walls;
     return;
   }
   if (counters_.loops_closed == config_.loop_capacity) {

@@ -1,6 +1,5 @@
 // The part of evaluation.h that needs no ground truth.
 #include <fmt/core.h>
-#include <tbb/parallel_for.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -14,6 +13,7 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_platform/parallel.h"
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wnull-dereference"  // GCC 12 inside std::vector::resize of nanoflann
@@ -228,7 +228,7 @@ std::vector<GroupConsistency> measure_consistency(
     const std::lock_guard lock(reading);
     (void)scans.read(index, points);
   };
-  tbb::parallel_for(std::size_t{0}, work.size(), [&](std::size_t i) {
+  for_each_index(work.size(), [&](std::size_t i) {
     const auto& [a, pairs] = work[i];
     std::vector<Point> points;
     read(a, points);

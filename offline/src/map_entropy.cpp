@@ -1,7 +1,6 @@
 #include "alces_offline/map_entropy.h"
 
 #include <fmt/core.h>
-#include <tbb/parallel_for.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "alces_offline/error.h"
+#include "alces_platform/parallel.h"
 
 namespace alces::offline {
 namespace {
@@ -93,7 +93,7 @@ MapEntropy measure_map_entropy(ScanSource& scans, std::span<const Pose> map_from
   };
   std::vector<Figure> figures(queries);
   const double radius_m2 = settings.radius_m * settings.radius_m;
-  tbb::parallel_for(std::size_t{0}, queries, [&](std::size_t i) {
+  for_each_index(queries, [&](std::size_t i) {
     const Eigen::Vector3d center = place(map[i * map.size() / queries].point);
     const Cell at = cell_of(center, settings.radius_m);
     std::size_t count = 0;

@@ -60,6 +60,7 @@ Json loops(const MapRun& run) {
                  {"distance_m", loop.distance_m},
                  {"overlap", loop.overlap},
                  {"rms_m", loop.rms_m},
+                 {"wall_fit", loop.wall_fit},
                  {"mahalanobis2", loop.mahalanobis2},
                  {"correction_m", loop.correction_m},
                  {"correction_deg", loop.correction_rad * 180 / std::numbers::pi},

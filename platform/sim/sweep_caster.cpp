@@ -1,11 +1,10 @@
 #include "alces_platform/sim/sweep_caster.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
+#include "alces_platform/parallel.h"
 #include "alces_platform/sim/random.h"
 
 namespace alces::sim {
@@ -54,7 +53,7 @@ void SweepCaster::cast(const SweepRequest& request) const {
 
 void SweepCaster::cast(std::span<const SweepRequest> requests, bool is_parallel) const {
   if (is_parallel && requests.size() > 1) {
-    tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) { cast(requests[i]); });
+    for_each_index(requests.size(), [&](std::size_t i) { cast(requests[i]); });
   } else {
     for (const SweepRequest& request : requests) cast(request);
   }

@@ -417,6 +417,22 @@ TEST_CASE("what lies across long walls says how far along them the data have sli
     CHECK(shifts_m[0] == Approx(-slid_m).margin(0.11));
   }
 
+  SECTION("where they lie right most of what faces along fits, a metre beside it next to nothing") {
+    const FacingFit right = icp->facing_fit(one(model_scan), one(data_scan), Pose{}, along, IcpConfig{});
+    const FacingFit beside =
+        icp->facing_fit(one(model_scan), one(data_scan), pose_at(1, 0, 0, 0), along, IcpConfig{});
+    const FacingFit ground = icp->facing_fit(one(model_scan), one(data_scan), pose_at(1, 0, 0, 0),
+                                             Eigen::Vector3d::UnitZ(), IcpConfig{});
+    CAPTURE(right.samples, right.fitting, beside.fitting, ground.samples, ground.fitting);
+    CHECK(right.samples >= 10);
+    CHECK(right.fitting * 4 >= right.samples * 3);
+    CHECK(beside.samples == right.samples);
+    CHECK(beside.fitting * 5 <= beside.samples);
+    CHECK(ground.samples > 100);
+    CHECK(ground.samples <= Icp::maximum_facing_samples);
+    CHECK(ground.fitting * 2 > ground.samples);
+    CHECK(icp->facing_fit({}, one(data_scan), Pose{}, along, IcpConfig{}).samples == 0);
+  }
   SECTION("where they already fit best, nothing is offered") {
     CHECK(icp->likely_shifts(one(model_scan), one(data_scan), Pose{}, along, 0.1, 40, IcpConfig{},
                              shifts_m) == 0);

@@ -556,6 +556,50 @@ TEST_CASE("between long walls a loop's match does not stay where it slid to") {
   }
 }
 
+TEST_CASE("a loop is not believed when nothing but the ground fits") {
+  const auto yard = [](const std::vector<Eigen::Vector2d>& huts) {
+    Scene scene;
+    scene.rectangle({-40, -40, 0}, {80, 0, 0}, {0, 80, 0});
+    for (const Eigen::Vector2d& at : huts) scene.box({at.x(), at.y(), 0}, {at.x() + 2.0, at.y() + 1.5, 2.5});
+    return scene;
+  };
+  const Scene here = yard({{5, 3}, {-4, 5}, {2, -6}, {-7, -3}, {9, -2}});
+  const Scene elsewhere = yard({{0, 6}, {8, -6}, {-6, 1}, {5, 9}, {-3, -8}});
+  const auto offered = [&](const Scene& then, double minimum_wall_fit) {
+    MapperConfig config = small_config();
+    config.voxel.cell_capacity = 16384;
+    config.pool_bytes = std::size_t{16} << 20;
+    config.close_loops = false;
+    config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
+    config.loop_match.degenerate_ratio = 0;                 // so that a few chance pairs are a match
+    config.belief.maximum_mahalanobis2 = 1e12;
+    config.belief.minimum_wall_fit = minimum_wall_fit;
+    Bench mapper(config);
+    for (std::uint32_t i = 0; i < 10; ++i) {
+      const Pose at = pose_at(0.5 * (i % 5), 0, 1, 0);
+      Pose odometry = at;
+      if (i >= 5) odometry.translation_m += Eigen::Vector3d(0.3, 0.2, 0.8);
+      const std::vector<Point> points = (i < 5 ? here : then).scan(at, 5000, 15, 0.01, i);
+      ScanReport report;
+      REQUIRE(mapper->add_scan(points, &odometry, report) == Status::ok);
+    }
+    LoopReport loop;
+    REQUIRE(mapper->offer_loop(2, 7, loop) == Status::ok);
+    return loop;
+  };
+  const double least = BeliefConfig{}.minimum_wall_fit;
+  const LoopReport same = offered(here, least);
+  const LoopReport other = offered(elsewhere, least);
+  CAPTURE(same.wall_fit, same.overlap, other.wall_fit, other.overlap, other.rms_m, other.correction_m);
+  CHECK(same.verdict == LoopVerdict::closed);
+  CHECK(same.wall_fit > 0.5);
+  CHECK(other.overlap > BeliefConfig{}.minimum_overlap);
+  CHECK(other.rms_m < BeliefConfig{}.maximum_rms_m);
+  CHECK(other.verdict == LoopVerdict::refused_walls);
+  CHECK(other.wall_fit < least);
+  CHECK(offered(elsewhere, 0).verdict == LoopVerdict::closed);
+}
+
 TEST_CASE("another back end bends the map in LOA's place, once for every loop that is believed") {
   const Drive& drive = round_the_block();
   MapperConfig config = small_config();

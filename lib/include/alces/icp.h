@@ -95,6 +95,12 @@ struct IcpIteration {
   double turned_rad = 0;
 };
 
+/// How many of the samples that face along a direction lie on the model.
+struct FacingFit {
+  std::uint32_t samples = 0;
+  std::uint32_t fitting = 0;
+};
+
 class Icp {
  public:
   static constexpr std::uint32_t maximum_model_scans = 16;
@@ -109,12 +115,19 @@ class Icp {
                                 std::span<IcpIteration> trace = {});
 
   static constexpr std::uint32_t maximum_shift_steps = 64;
+  static constexpr std::uint32_t maximum_facing_samples = 192;
 
-  /// Where else along a line the data may lie. Of the samples whose plane faces along `direction` (model
-  /// frame, unit), those are counted that come to lie on the model when the data are shifted along it by
-  /// -steps ... +steps (at most maximum_shift_steps) times step_m. Writes the shifts where the most do, at
+  /// Of the samples whose plane faces along `direction` (model frame, unit), thinned out evenly to at most
+  /// maximum_facing_samples: how many lie on the model, to within fit_distance_m along their normal.
+  /// Cost: a short search in a tree for each.
+  [[nodiscard]] FacingFit facing_fit(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                     const Pose& model_from_data, const Eigen::Vector3d& direction,
+                                     const IcpConfig& config);
+
+  /// Where else along a line the data may lie: facing_fit with the data shifted along `direction` by -steps
+  /// ... +steps (at most maximum_shift_steps) times step_m. Writes the shifts where the most samples fit, at
   /// most shifts_m.size(), best first, as long as they are more than where the data lie; returns how many.
-  /// Cost: a short search in a tree for each shift and each of at most 192 samples.
+  /// Cost: that of facing_fit for each shift.
   [[nodiscard]] std::uint32_t likely_shifts(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                             const Pose& model_from_data, const Eigen::Vector3d& direction,
                                             double step_m, std::uint32_t steps, const IcpConfig& config,
@@ -134,6 +147,11 @@ class Icp {
                            float limit_m);
 
   std::uint32_t gather(std::span<const IcpScan> data);
+  std::uint32_t gather_facing(std::span<const IcpScan> data, const Pose& model_from_data,
+                              const Eigen::Vector3d& direction);
+  [[nodiscard]] static std::uint32_t count_fitting(std::span<const IcpScan> model,
+                                                   std::span<const DataPoint> points,
+                                                   const Pose& model_from_data, const IcpConfig& config);
 
   std::span<DataPoint> data_;
 };

@@ -31,6 +31,11 @@ struct BeliefConfig {
   double maximum_rms_m = 0.10;   ///< of the residuals of the match
   double maximum_mahalanobis2 =
       30;  ///< of the correction, against the uncertainty accumulated along the loop
+  /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
+  /// samples that face along the two weaker directions of the match this share has to lie on the model,
+  /// unless the correction is small and does no harm.
+  double minimum_wall_fit = 0.1;
+  double small_correction_m = 0.5;
 };
 
 /// Where the match of a loop starts beside where the poses say.
@@ -95,6 +100,7 @@ enum class LoopVerdict : std::uint8_t {
   refused_no_match,     ///< the metascans did not come together
   refused_overlap,      ///< too few points found a partner
   refused_residual,     ///< they came together badly
+  refused_walls,        ///< nothing but the ground fits
   refused_implausible,  ///< the correction is larger than the accumulated uncertainty explains
   refused_capacity,     ///< no room for the edge
   refused_archive,      ///< a scan of the loop could not be brought back
@@ -109,6 +115,7 @@ struct LoopReport {
   double distance_m = 0;  ///< between the two poses when the loop was offered
   double overlap = 0;
   double rms_m = 0;
+  double wall_fit = 0;  ///< share of l's samples that face along the match's two weaker directions, and fit
   double mahalanobis2 = 0;
   double correction_m = 0;  ///< how far l moved against f
   double correction_rad = 0;
@@ -232,6 +239,8 @@ class Mapper {
                                        const Pose& model_from_data, const IcpResult& straight);
   [[nodiscard]] IcpResult match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                         const IcpResult& match);
+  [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
+                                const IcpResult& match);
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   [[nodiscard]] Status bend(const Edge& edge, const Pose& map_from_l);
@@ -284,6 +293,7 @@ constexpr MapperConfig MapperConfig::paper() {
   // The paper has no test of belief: a sharp one would refuse what its scan-to-scan drift leaves.
   config.belief.maximum_rms_m = 0.5;
   config.belief.maximum_mahalanobis2 = 3000;
+  config.belief.minimum_wall_fit = 0;
   return config;
 }
 

@@ -1,7 +1,6 @@
 #include "alces_offline/compare/link_matching.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <Eigen/LU>
@@ -14,6 +13,7 @@
 #include "alces/pair_covariance.h"
 #include "alces_offline/lum/link_sum_source.h"
 #include "alces_offline/lum/links.h"
+#include "alces_platform/parallel.h"
 
 namespace alces::offline {
 namespace {
@@ -139,7 +139,7 @@ LinkMatching match_links(std::span<const Pose> map_from_scan, ScanCache& cache,
       std::sort(needed.begin(), needed.end());
       needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
       cache.load(needed);
-      tbb::parallel_for(std::size_t{0}, batch.size(), [&](std::size_t at) { match_one(batch[at]); });
+      for_each_index(batch.size(), [&](std::size_t at) { match_one(batch[at]); });
     }
   });
 

@@ -1,4 +1,3 @@
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -7,6 +6,7 @@
 #include <mutex>
 
 #include "alces_offline/lum/link_sum_source.h"
+#include "alces_platform/parallel.h"
 
 namespace alces::offline {
 
@@ -45,7 +45,7 @@ void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> m
       std::sort(needed.begin(), needed.end());
       needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
       cache_.load(needed);
-      tbb::parallel_for(std::size_t{0}, batch.size(), [&](std::size_t at) {
+      for_each_index(batch.size(), [&](std::size_t at) {
         const std::size_t i = batch[at];
         const ScanLink& link = links[i];
         sums[i] = sum_link(cache_.at(link.j), map_from_scan[link.j], cache_.at(link.k), map_from_scan[link.k],

@@ -1,13 +1,13 @@
 #include "alces_offline/lum/scan_cache.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <optional>
 
 #include "../scratch_file.h"
 #include "alces_offline/error.h"
+#include "alces_platform/parallel.h"
 
 namespace alces::offline {
 
@@ -125,8 +125,7 @@ void ScanCache::load(std::span<const std::uint32_t> scans) {
       --loaded_count_;
     }
   }
-  tbb::parallel_for(std::size_t{0}, missing.size(),
-                    [&](std::size_t i) { loaded_[missing[i]] = fetch(missing[i]); });
+  for_each_index(missing.size(), [&](std::size_t i) { loaded_[missing[i]] = fetch(missing[i]); });
   loaded_count_ += missing.size();
   for (const std::uint32_t scan : missing) loaded_bytes_ += loaded_[scan]->bytes();
   counters_.most_loaded = std::max(counters_.most_loaded, loaded_count_);

@@ -1,13 +1,12 @@
 #include "alces_offline/report/cloud_encoding.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 
 #include "alces_offline/report/packed_bytes.h"
+#include "alces_platform/parallel.h"
 #include "even_choice.h"
 
 namespace alces::offline {
@@ -83,7 +82,7 @@ Level encode_level(const CloudOctree& tree, std::span<const CloudNode> nodes, do
     level.nodes.push_back(kept);
   }
   level.chunks.resize(jobs.size());
-  tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t j) {
+  for_each_index(jobs.size(), [&](std::size_t j) {
     const Job& job = jobs[j];
     std::vector<std::uint8_t> bytes(planes * job.points);
     std::size_t at = 0;

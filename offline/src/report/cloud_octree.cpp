@@ -1,12 +1,11 @@
 #include "alces_offline/report/cloud_octree.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
+
+#include "alces_platform/parallel.h"
 
 namespace alces::offline {
 namespace {
@@ -80,7 +79,7 @@ CloudOctree build_cloud_octree(std::vector<CloudPoint> points, double finest_cel
 
   std::vector<Keyed> order(points.size());
   const double cells_a_metre = double{1U << key_bits} / tree.side_m;
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+  for_each_index(points.size(), [&](std::size_t i) {
     const auto axis = [&](float at, double origin) {
       const double cell = (static_cast<double>(at) - origin) * cells_a_metre;
       return spread(static_cast<std::uint64_t>(std::clamp(cell, 0.0, double{(1U << key_bits) - 1})));
@@ -90,7 +89,7 @@ CloudOctree build_cloud_octree(std::vector<CloudPoint> points, double finest_cel
         axis(p.x, tree.origin_m.x()) | axis(p.y, tree.origin_m.y()) << 1 | axis(p.z, tree.origin_m.z()) << 2,
         i};
   });
-  tbb::parallel_sort(order, [](const Keyed& a, const Keyed& b) {
+  sort_in_parallel(order, [](const Keyed& a, const Keyed& b) {
     return a.key != b.key ? a.key < b.key : a.index < b.index;
   });
 

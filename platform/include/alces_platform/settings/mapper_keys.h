@@ -128,6 +128,9 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("maximum_rms_m", config.belief.maximum_rms_m, 0, 1e3, "of the residuals");
   visit.number("maximum_mahalanobis2", config.belief.maximum_mahalanobis2, 0, 1e12,
                "of the correction, against the uncertainty accumulated along the loop");
+  visit.number("minimum_wall_fit", config.belief.minimum_wall_fit, 0, 1,
+               "share that has to fit of the samples that face along the match's two weaker directions");
+  visit.number("small_correction_m", config.belief.small_correction_m, 0, 1e3, "up to here it need not");
 
   visit.table("sharing", "How the error of a loop is shared out.");
   visit.choice("rule", config.sharing, {{"trails", SharingRule::trails}, {"paper", SharingRule::paper}},
