@@ -14,10 +14,12 @@ job_count() {
   echo "$fitting"
 }
 
-# run_tests PRESET: what failed is said once more at the end, where people and machines look.
+# run_tests PRESET [CTEST_OPTION...]: what failed is said once more at the end, where people and machines look.
 run_tests() {
-  if ctest --preset "$1" --parallel "$(job_count)" --output-junit "$PWD/build/$1.tests.xml"; then return 0; fi
-  scripts/failed_tests "build/$1.tests.xml"
+  preset=$1
+  shift
+  if ctest --preset "$preset" --parallel "$(job_count)" --output-junit "$PWD/build/$preset.tests.xml" "$@"; then return 0; fi
+  scripts/failed_tests "build/$preset.tests.xml"
   return 1
 }
 

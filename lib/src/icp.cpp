@@ -472,7 +472,7 @@ std::uint32_t Icp::gather_facing(std::span<const IcpScan> data, const Pose& mode
 
 std::uint32_t Icp::count_fitting(std::span<const IcpScan> model, std::span<const DataPoint> points,
                                  const Pose& model_from_data, const IcpConfig& config) {
-  constexpr float reach_m = 0.25F;
+  constexpr float reach_m = 0.25F;  // about how far apart points of a surface are
   std::array<FloatTransform, maximum_model_scans> body_from_data;
   for (std::size_t m = 0; m < model.size(); ++m) {
     body_from_data[m] = FloatTransform(model[m].side_from_body.inverse() * model_from_data);

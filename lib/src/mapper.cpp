@@ -311,7 +311,7 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
                          search.shift_steps, config_.loop_match, shifts_m);
   if (shift_count == 0) return match;
 
-  constexpr float near_m = 1.0F;
+  constexpr float near_m = 1.0F;  // a likely shift is off by no more than a fit
   IcpConfig near = config_.loop_match;
   near.first_distance_limit_m = std::max(near.last_distance_limit_m, near_m);
   IcpConfig quick = near;

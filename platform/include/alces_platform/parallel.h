@@ -1,7 +1,8 @@
 // Work that is shared out over the cores by TBB.
 //
-// The thread sanitizer does not see how tasks of a TBB that was not built for it wait for each other, and would call
-// every result that is handed over a race. Under it plain threads do the same, so that races in the work are found.
+// The thread sanitizer does not see how tasks of a TBB that was not built for it wait for each other, and
+// would call every result that is handed over a race. Under it plain threads do the same, so that races in
+// the work are found.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +23,8 @@ namespace alces {
 
 #ifndef __SANITIZE_THREAD__
 
-/// body(0) ... body(count - 1), in any order. Each may write what no other touches. An exception ends the work and
-/// comes out here.
+/// body(0) ... body(count - 1), in any order. Each may write what no other touches. An exception ends the
+/// work and comes out here.
 template <typename Body>
 void for_each_index(std::size_t count, const Body& body) {
   tbb::parallel_for(std::size_t{0}, count, body);
