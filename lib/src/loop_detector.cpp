@@ -43,7 +43,7 @@ Status LoopDetector::check(const LoopDetectorConfig& config) {
   const bool radii_are_good =
       std::isfinite(config.radius_cap_m) && config.radius_m > 0 && config.radius_m <= config.radius_cap_m;
   const bool factor_is_good = std::isfinite(config.sigma_factor) && config.sigma_factor >= 0;
-  return radii_are_good && factor_is_good ? Status::ok : Status::bad_config;
+  return radii_are_good && factor_is_good && config.minimum_gap_scans > 0 ? Status::ok : Status::bad_config;
 }
 
 void LoopDetector::clear() {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "alces/portable_math.h"
@@ -37,7 +38,7 @@ struct ChainCovariance {
     s.bottomLeftCorner<3, 3>() += cross;
     s.bottomRightCorner<3, 3>().diagonal().array() += r;
   }
-  [[nodiscard]] Vector6d solve(const Vector6d& offset) const { return SymmetricSolver<6>(s).solve(offset); }
+  [[nodiscard]] SymmetricSolver<6> solver() const { return SymmetricSolver<6>(s); }
 };
 
 // (translation of the pose's origin, rotation vector) that takes `from` to `to`, both map_from_something.
@@ -77,7 +78,10 @@ double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l)
     covariance.add(edge.variance, end - poses[edge.to].translation_m);
   }
   const Vector6d offset = offset_between(poses[l_], map_from_l);
-  return offset.dot(covariance.solve(offset));
+  const SymmetricSolver<6> solver = covariance.solver();
+  if (!solver.is_definite())
+    return std::numeric_limits<double>::infinity();  // nothing known explains nothing
+  return offset.dot(solver.solve(offset));
 }
 
 Status LoopSharing::share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule) {
@@ -157,7 +161,7 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
       const Edge& edge = graph.edges()[step.half_edge / 2];
       covariance.add(edge.variance, end - bent_[edge.to].translation_m);
     }
-    const Vector6d lambda = covariance.solve(offset);
+    const Vector6d lambda = covariance.solver().solve(offset);
     const Eigen::Vector3d lambda_t = lambda.head<3>();
     const Eigen::Vector3d lambda_r = lambda.tail<3>();
 

@@ -65,8 +65,8 @@ Eigen::Vector3d operator*(const Pose& a_from_b, const Eigen::Vector3d& point_b) 
 }
 
 bool is_valid(const Pose& pose) {
-  return pose.translation_m.allFinite() && pose.rotation.coeffs().allFinite() &&
-         std::abs(pose.rotation.norm() - 1.0) < 1e-3;
+  return pose.translation_m.allFinite() && pose.translation_m.cwiseAbs().maxCoeff() <= farthest_place_m &&
+         pose.rotation.coeffs().allFinite() && std::abs(pose.rotation.norm() - 1.0) < 1e-3;
 }
 
 double angle_between_rad(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {

@@ -21,7 +21,7 @@ Status PoseGraph::add_vertex(const Pose& map_from_body) {
   return Status::ok;
 }
 
-Status PoseGraph::add_edge(const Edge& edge) {
+Status PoseGraph::check_edge(const Edge& edge) const {
   if (edge.from >= vertex_count_ || edge.to >= vertex_count_) return Status::no_such_vertex;
   const EdgeVariance& v = edge.variance;
   const bool usable =
@@ -29,6 +29,12 @@ Status PoseGraph::add_edge(const Edge& edge) {
   if (edge.from == edge.to || !usable) return Status::bad_edge;
   if (!is_valid(edge.from_from_to)) return Status::bad_pose;
   if (edge_count_ == edges_.size()) return Status::no_edge_capacity;
+  return Status::ok;
+}
+
+Status PoseGraph::add_edge(const Edge& edge) {
+  const Status status = check_edge(edge);
+  if (status != Status::ok) return status;
   edges_[edge_count_] = edge;
   const std::uint32_t ends[2] = {edge.from, edge.to};
   for (std::uint32_t side = 0; side < 2; ++side) {

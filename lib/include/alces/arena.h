@@ -31,7 +31,7 @@ class Arena {
     static_assert(std::is_trivially_destructible_v<T>, "an arena runs no destructors");
     static_assert(alignof(T) <= alignment);
     const std::size_t begin = used_;
-    if (count > (SIZE_MAX / 2 - begin) / sizeof(T)) {
+    if (begin > SIZE_MAX / 2 || count > (SIZE_MAX / 2 - begin) / sizeof(T)) {
       overflowed_ = true;
       return {};
     }

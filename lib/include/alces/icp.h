@@ -28,6 +28,7 @@ enum class IcpMetric : std::uint8_t {
   surface,         ///< along the normal where there is a plane, weakly to the point elsewhere (Gauss-Newton)
 };
 
+/// The defaults are those of a match that knows little; MapperConfig has others for its two uses.
 struct IcpConfig {
   IcpMetric metric = IcpMetric::surface;
   std::uint32_t maximum_iterations = 20;
@@ -63,7 +64,8 @@ enum class IcpVerdict : std::uint8_t {
 [[nodiscard]] const char* text(IcpVerdict verdict);
 
 /// Sums over the correspondences of the last iteration, from which Appendix A's E, s^2 and C follow without
-/// stacking anything: M^T M, M^T Z and Z^T Z of the paper.
+/// stacking anything: M^T M, M^T Z and Z^T Z of the paper. Columns (translation m, rotation vector rad), in
+/// the model frame, about its origin.
 struct IcpSums {
   std::uint32_t count = 0;
   Matrix6d mtm = Matrix6d::Zero();
@@ -80,8 +82,11 @@ struct IcpResult {
   double overlap = 0;                 ///< correspondences / queries
   double fit = 0;    ///< share of all samples that lie on the model, to within fit_distance_m
   double rms_m = 0;  ///< of what is minimised: along normals, or of whole distances
-  Matrix6d information =
-      Matrix6d::Zero();  ///< of model_from_data, left perturbation (t, rotation), model frame
+  /// Of model_from_data: inverse covariance of a left perturbation (translation m, rotation vector rad) in
+  /// the model frame; all correspondences taken as independent.
+  Matrix6d information = Matrix6d::Zero();
+  /// Where the verdict is degenerate: the least determined direction, (translation m, rotation vector rad) in
+  /// the model frame, unit length. Zero otherwise.
   Vector6d weak_direction = Vector6d::Zero();
   IcpSums sums;
 };
@@ -109,7 +114,8 @@ class Icp {
       : data_(arena.allocate<DataPoint>(correspondence_capacity)) {}
 
   /// Finds model_from_data from the initial one. `trace`, if not empty, takes what each iteration did.
-  /// Data samples beyond the capacity are thinned out evenly.
+  /// Data samples beyond the capacity are thinned out evenly. An empty model, one of more than
+  /// maximum_model_scans, or data without samples: too_few_correspondences.
   [[nodiscard]] IcpResult match(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                 const Pose& initial_model_from_data, const IcpConfig& config,
                                 std::span<IcpIteration> trace = {});
@@ -155,21 +161,5 @@ class Icp {
 
   std::span<DataPoint> data_;
 };
-
-/// The rigid transform that minimises sum w ||m - (R d + t)||^2 from weighted sums (Horn, 1987): the largest
-/// eigenvector of the 4x4 matrix built from the cross-covariance.
-struct HornSums {
-  double weight = 0;
-  Eigen::Vector3d model = Eigen::Vector3d::Zero();
-  Eigen::Vector3d data = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d data_model = Eigen::Matrix3d::Zero();  ///< sum w d m^T
-  void add(const Eigen::Vector3d& m, const Eigen::Vector3d& d, double w) {
-    weight += w;
-    model += w * m;
-    data += w * d;
-    data_model += w * d * m.transpose();
-  }
-};
-[[nodiscard]] Pose horn(const HornSums& sums);
 
 }  // namespace alces

@@ -19,7 +19,8 @@
 
 namespace alces {
 
-/// A neighbour by its index in the tree; `none` where no point lies within the radius.
+/// A neighbour by its index in the tree, and its squared distance; `none` where no point lies within the
+/// radius.
 struct Neighbor {
   static constexpr std::uint32_t none = UINT32_MAX;
   std::uint32_t index = none;
@@ -56,11 +57,11 @@ class KdTree {
         nodes_(arena.allocate<Node>(node_count(leaf_count(point_capacity)))) {}
 
   /// Builds the tree over finite points. False, and an empty tree, if they exceed a capacity.
-  bool build(std::span<const Point> points, KdTreeScratch& scratch);
+  [[nodiscard]] bool build(std::span<const Point> points, KdTreeScratch& scratch);
 
   /// Rebuilds the very tree that once gave these points in this order, in O(n): for scans brought back
   /// from a store. False, and an empty tree, if they exceed the capacity.
-  bool restore(std::span<const Point> points_in_tree_order);
+  [[nodiscard]] bool restore(std::span<const Point> points_in_tree_order);
 
   [[nodiscard]] std::uint32_t size() const { return size_; }
   [[nodiscard]] Point point(std::uint32_t index) const {
@@ -69,13 +70,14 @@ class KdTree {
     return {leaf.xyz[0][lane], leaf.xyz[1][lane], leaf.xyz[2][lane]};
   }
 
-  /// The nearest point closer than sqrt(radius_m2). A `hint`, any index of the tree that is likely near,
-  /// spares most of the search; it never changes the distance found.
+  /// The nearest point closer than sqrt(radius_m2); the radius is given squared. A `hint`, any index of the
+  /// tree that is likely near, spares most of the search; it never changes the distance found.
   [[nodiscard]] Neighbor nearest(const Point& query, float radius_m2,
                                  std::uint32_t hint = Neighbor::none) const;
 
-  /// The same, and how near any *other* point of the tree can be at most: squared, a lower bound. As long as
-  /// a query has moved by less than what the answer is nearer, the answer stands (Icp asks only then anew).
+  /// The same, and in `others_m2` a lower bound on the squared distance to all *other* points of the tree.
+  /// Once the query has moved by d, the answer still stands if it is nearer than sqrt(others_m2) - d
+  /// (Icp spares its searches by that).
   [[nodiscard]] Neighbor nearest(const Point& query, float radius_m2, std::uint32_t hint,
                                  float& others_m2) const;
 

@@ -26,7 +26,7 @@ struct LoopDetectorConfig {
   double radius_cap_m = 15;  ///< reach at most; at least radius_m. The cells have this size
   double sigma_factor =
       0;  ///< reach = min(radius_cap_m, radius_m + sigma_factor * sigma_m); 0: always radius_m
-  std::uint32_t minimum_gap_scans = 20;  ///< the earlier scan's number is smaller by at least this
+  std::uint32_t minimum_gap_scans = 20;  ///< the earlier scan's number is smaller by at least this; not 0
   bool use_gps = false;                  ///< room for GPS positions
 };
 
@@ -44,7 +44,8 @@ class LoopDetector {
         gps_positions_m_(arena.allocate<Eigen::Vector3d>(config.use_gps ? config.scan_capacity : 0)),
         by_gps_position_(arena, config.use_gps ? config.scan_capacity : 0) {}
 
-  /// bad_config: radii not finite, not positive or the cap below the radius; a negative sigma_factor.
+  /// bad_config: radii not finite, not positive or the cap below the radius; a negative sigma_factor; no gap
+  /// (a scan would be its own neighbour).
   [[nodiscard]] static Status check(const LoopDetectorConfig& config);
 
   /// Forgets all scans. O(capacity).

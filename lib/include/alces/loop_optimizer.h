@@ -2,11 +2,12 @@
 // Paper: section 3.5, Algorithm 1, Equation (1), Figures 5 to 7.
 //
 // A run splits the part of the graph that is connected to f and l into
-//   trails:   ways between two vertices whose weights are already known (at first f: 0 and l: 1), the
-//   shortest
-//             first; inside a trail the weight is interpolated by the distance along it;
-//   branches: what hangs on the trails by one vertex only, be it a tree or has it cycles of its own; it takes
-//             the weight of that vertex, its root.
+//
+// - trails: ways between two vertices whose weights are already known (at first f: 0 and l: 1), the shortest
+//   first; inside a trail the weight is interpolated by the distance along it;
+// - branches: what hangs on the trails by one vertex only, be it a tree or has it cycles of its own; it takes
+//   the weight of that vertex, its root.
+//
 // Vertices that are not connected to f and l belong to neither and have weight 0.
 //
 // Where the paper starts Dijkstra from every member of Omega in every round, this

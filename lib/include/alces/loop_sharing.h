@@ -1,18 +1,18 @@
 // Shares the offset of a closed loop out over all poses (paper, sections 3.4 to 3.6 and appendix B).
 //
 // Two rules:
-//   paper    four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the
-//   one
-//            offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is
-//            swung on a long lever, which bends the map between neighbours.
-//   trails   (default) one LOA run takes the graph apart into trails; along each trail the error goes into
-//   the
-//            edges where it most likely arose: the maximum-likelihood correction of a chain whose ends are
-//            known, in closed form (one 6x6 system a trail). Rotation put into an edge turns what follows
-//            about that edge, as drift did. Where every pose is in several loops trails are a few edges long
-//            and such turns swing what hangs on them: a loop for which a pose would turn further than the
-//            offset can ask for (its own rotation, and a degree for each metre of translation) is shared out
-//            by the paper's rule.
+//
+// - paper: four LOA runs weigh every vertex per axis and in rotation; each pose moves by its share of the one
+//   offset, seen from f (translation linear, rotation by slerp). Simple, but a pose far from f is swung on a
+//   long lever, which bends the map between neighbours.
+//
+// - trails (default): one LOA run takes the graph apart into trails; along each trail the error goes into the
+//   edges where it most likely arose: the maximum-likelihood correction of a chain whose ends are known, in
+//   closed form (one 6x6 system a trail). Rotation put into an edge turns what follows about that edge, as
+//   drift did. Where every pose is in several loops trails are a few edges long and such turns swing what
+//   hangs on them: a loop for which a pose would turn further than the offset can ask for (its own rotation,
+//   and a degree for each metre of translation) is shared out by the paper's rule.
+//
 // With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and
 // vertices that are not connected to the loop stay.
 //
@@ -42,11 +42,12 @@ class LoopSharing {
   [[nodiscard]] Status prepare(const PoseGraph& graph, std::uint32_t f, std::uint32_t l);
 
   /// How well the uncertainty accumulated along the shortest way from f to l explains that l really lies at
-  /// `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of freedom. After prepare().
+  /// `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of freedom; infinite where the
+  /// way's edges leave a direction without any. After prepare(). O(edges of that way).
   [[nodiscard]] double mahalanobis2(const PoseGraph& graph, const Pose& map_from_l) const;
 
   /// Bends all poses so that l lies at `map_from_l` as seen from f. After prepare(), with the graph
-  /// unchanged.
+  /// unchanged. O(n). disconnected (nothing is prepared), bad_pose; then nothing has moved.
   [[nodiscard]] Status share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule);
 
  private:

@@ -27,15 +27,14 @@ namespace alces {
 
 /// When a loop is believed before it bends the map. A refused loop is reported with its reason.
 struct BeliefConfig {
-  double minimum_overlap = 0.4;  ///< share of the data's samples that find a correspondence
+  double minimum_overlap = 0.4;  ///< share of the data's samples that find a correspondence, 0 to 1
   double maximum_rms_m = 0.10;   ///< of the residuals of the match
-  double maximum_mahalanobis2 =
-      30;  ///< of the correction, against the uncertainty accumulated along the loop
+  /// Squared length of the correction against the uncertainty accumulated along the loop.
+  double maximum_mahalanobis2 = 30;
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
-  /// samples that face along the two weaker directions of the match this share has to lie on the model,
-  /// unless the correction is small and does no harm.
+  /// samples that face along the two weaker directions of the match this share has to lie on the model.
   double minimum_wall_fit = 0.1;
-  double small_correction_m = 0.5;
+  double small_correction_m = 0.5;  ///< a loop that moves l by no more is not asked for walls
 };
 
 /// Where the match of a loop starts beside where the poses say.
@@ -59,6 +58,7 @@ struct LoopSearchConfig {
       3;  ///< when the nearest scan is refused, so many in all: each of an earlier visit
 };
 
+/// Capacities as on a vehicle; `alces map` takes larger scans and what memory it is given (map.toml).
 struct MapperConfig {
   std::uint32_t scan_capacity = 1024;
   std::uint32_t loop_capacity = 1024;  ///< loops closed; one more edge each
@@ -83,7 +83,11 @@ struct MapperConfig {
   LoopDetectorConfig detector{.scan_capacity = 0, .radius_m = 8, .radius_cap_m = 15, .sigma_factor = 1};
   LoopTriggerConfig trigger{.repeat_after_scans = 3};
   bool close_loops = true;
-  IcpConfig loop_match{.maximum_iterations = 20, .first_distance_limit_m = 4, .last_distance_limit_m = 0.5F};
+  IcpConfig loop_match{.maximum_iterations = 20,
+                       .first_distance_limit_m = 4,
+                       .last_distance_limit_m = 0.5F,
+                       .robust_factor = 2.5F,
+                       .robust_scale_m = 0.02F};
   std::uint32_t scans_around_first = 2;  ///< the start metascan: f - 2 .. f + 2
   std::uint32_t scans_before_last = 2;   ///< the end metascan: l - 2 .. l
   LoopSearchConfig loop_search;
@@ -113,9 +117,9 @@ struct LoopReport {
   std::uint32_t last = 0;
   LoopVerdict verdict = LoopVerdict::refused_no_match;
   double distance_m = 0;  ///< between the two poses when the loop was offered
-  double overlap = 0;
-  double rms_m = 0;
-  double wall_fit = 0;  ///< share of l's samples that face along the match's two weaker directions, and fit
+  double overlap = 0;     ///< share of the data's samples with a correspondence, 0 to 1
+  double rms_m = 0;       ///< of what the match minimised
+  double wall_fit = 0;    ///< share of l's samples that face along the match's two weaker directions, and fit
   double mahalanobis2 = 0;
   double correction_m = 0;  ///< how far l moved against f
   double correction_rad = 0;
@@ -136,7 +140,7 @@ struct StageTimes {
 struct ScanReport {
   std::uint32_t scan = 0;  ///< index of the scan in the map
   VoxelGridCounts points;
-  IcpVerdict match = IcpVerdict::converged;
+  IcpVerdict match = IcpVerdict::converged;  ///< also of scan 0, which has nothing to be matched to
   std::uint32_t iterations = 0;
   std::uint32_t correspondences = 0;
   double overlap = 0;
@@ -162,6 +166,10 @@ class Mapper {
   /// Bytes that create() needs for this configuration; constexpr, so that it can size a static array.
   [[nodiscard]] static constexpr std::size_t memory_required(const MapperConfig& config);
 
+  /// bad_config: a number that is not finite, out of range, or too small for another (cache_slots must hold
+  /// the scans that are looked at together). O(1).
+  [[nodiscard]] static Status check(const MapperConfig& config);
+
   /// Lays a mapper out in `block` (64-byte aligned), which must outlive it. Null, and `status` says why:
   /// block_too_small, block_misaligned, bad_config. `relaxation`, unless null, bends the map in LOA's place.
   [[nodiscard]] static Mapper* create(std::span<std::byte> block, const MapperConfig& config, Status& status,
@@ -170,8 +178,11 @@ class Mapper {
 
   /// Appends a scan: points in the body frame, metres, at its reference time; odometry in any fixed frame, or
   /// null to assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops
-  /// only. When the status is not ok (empty_scan, bad_pose, a capacity, an archive that fails) the scan was
-  /// not added and the map so far stays whole; no_voxel_capacity: it was added, thinned out.
+  /// only; one that is not finite is left out and counted. When the status is not ok (empty_scan; bad_pose,
+  /// also of a prediction farther than farthest_place_m; a capacity; an archive that fails) the scan was not
+  /// added and the map so far stays whole; no_voxel_capacity: it was added, thinned out. Cost: O(p log p) for
+  /// p points, and scan_match's bound on iterations x samples searches; when a loop is closed also
+  /// loop_match's, at most candidates x (2 turn_steps + 5) times, and O(scans) to share out.
   [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body,
                                 ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr);
 
@@ -180,7 +191,7 @@ class Mapper {
   bool finish(LoopReport& loop, StageTimes* times = nullptr);
 
   /// A loop that somebody else detected: scan `last` was taken where scan `first` was. Matched, judged and
-  /// shared out as any other. no_such_scan.
+  /// shared out as any other, at the cost of a loop in add_scan. no_such_scan.
   [[nodiscard]] Status offer_loop(std::uint32_t first, std::uint32_t last, LoopReport& loop);
 
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
@@ -189,8 +200,8 @@ class Mapper {
   /// The loops offered so far, in order, up to four times loop_capacity of them.
   [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }
 
-  /// Reduced points of a scan, body frame, as they are stored. Returns how many; buffer_too_small,
-  /// no_such_scan, archive_read_failed.
+  /// Reduced points of a scan, body frame, metres, as they are stored; `count` says how many.
+  /// buffer_too_small, no_such_scan, archive_read_failed.
   [[nodiscard]] Status read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count);
 
   struct Counters {
@@ -202,6 +213,7 @@ class Mapper {
     std::uint32_t scans_refused = 0;     ///< add_scan() said no
     std::uint32_t scans_predicted = 0;   ///< their match failed
     std::uint32_t archive_failures = 0;  ///< scans to match with could not be brought back
+    std::uint32_t gps_not_finite = 0;    ///< positions that were left out
     std::uint32_t loops_offered = 0;
     std::uint32_t loops_closed = 0;
     std::uint32_t loops_not_listed = 0;   ///< beyond the capacity of loops()
@@ -210,6 +222,9 @@ class Mapper {
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const ScanStore::Counters& store_counters() const { return store_.counters(); }
   [[nodiscard]] const MapperConfig& config() const { return config_; }
+
+  /// Of the block: memory_required() of this configuration, to the byte.
+  [[nodiscard]] std::size_t used_bytes() const { return used_bytes_; }
 
  private:
   friend class Arena;
@@ -241,6 +256,8 @@ class Mapper {
                                         const IcpResult& match);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
+  /// The edge's costs: what the match knows of its own uncertainty.
+  [[nodiscard]] EdgeVariance label(const IcpResult& match, const Eigen::Quaterniond& map_from_model) const;
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   [[nodiscard]] Status bend(const Edge& edge, const Pose& map_from_l);
@@ -263,6 +280,7 @@ class Mapper {
   StageClock* clock_ = nullptr;
   LoopRelaxation* relaxation_ = nullptr;
   OdometryHeading heading_;
+  std::size_t used_bytes_ = 0;
   std::uint32_t loop_count_ = 0;
   bool has_odometry_ = false;
   Counters counters_;
@@ -284,7 +302,8 @@ constexpr MapperConfig MapperConfig::paper() {
   config.model_scans = 1;
   config.learn_odometry_heading = false;
   config.label_with_appendix_a = true;
-  config.edge_uncertainty = {1.0, 1e-6, 1e-7};
+  config.edge_uncertainty = {
+      .inflation = 1, .minimum_translation_m = 1e-6, .minimum_rotation_rad = 1e-7, .unconverged_factor = 1};
   config.trigger.repeat_after_scans = 0;
   config.loop_search.turn_steps = 0;
   config.loop_search.shift_steps = 0;

@@ -32,6 +32,9 @@ struct EdgeUncertainty {
   double inflation = 1000;               ///< factor on the covariance
   double minimum_translation_m = 0.005;  ///< standard deviation added on each axis
   double minimum_rotation_rad = 0.001;   ///< standard deviation added about each axis
+  /// Factor on the covariance of a match that used up its iterations: it was still moving, and by how much it
+  /// would have gone on, its residuals do not tell.
+  double unconverged_factor = 5;
 };
 
 /// Labels an edge: the covariance, about the model frame's origin, taken to the data's place

@@ -26,7 +26,11 @@ struct Pose {
 [[nodiscard]] Pose operator*(const Pose& a_from_b, const Pose& b_from_c);
 [[nodiscard]] Eigen::Vector3d operator*(const Pose& a_from_b, const Eigen::Vector3d& point_b);
 
-/// Finite, and a quaternion within 1e-3 of unit length.
+/// Farther from its frame's origin is no place on Earth: what a pose with such a translation is made of is
+/// broken, and arithmetic with it would lose the millimetres or overflow.
+inline constexpr double farthest_place_m = 1e9;
+
+/// Finite, no farther than farthest_place_m, and a quaternion within 1e-3 of unit length.
 [[nodiscard]] bool is_valid(const Pose& pose);
 
 /// Angle of the rotation that takes one orientation to the other, in [0, pi].
@@ -35,7 +39,8 @@ struct Pose {
 /// The fraction of the shorter rotation from identity to `rotation`; `fraction` may leave [0, 1].
 [[nodiscard]] Eigen::Quaterniond slerp_from_identity(double fraction, const Eigen::Quaterniond& rotation);
 
-/// Translation linear, rotation by slerp along the shorter way.
+/// Between two poses of one body in one frame: translation linear, rotation by slerp along the shorter way.
+/// fraction 0: `from`, 1: `to`; beyond, it goes on.
 [[nodiscard]] Pose interpolate(const Pose& from, const Pose& to, double fraction);
 
 /// Exponential map of SE(3), twist = (translation part, rotation vector), and its inverse.

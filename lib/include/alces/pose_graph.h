@@ -55,6 +55,9 @@ class PoseGraph {
   /// no_such_vertex, bad_edge, bad_pose, no_edge_capacity.
   [[nodiscard]] Status add_edge(const Edge& edge);
 
+  /// What add_edge() would answer; adds nothing.
+  [[nodiscard]] Status check_edge(const Edge& edge) const;
+
   [[nodiscard]] std::uint32_t vertex_count() const { return vertex_count_; }
   [[nodiscard]] std::uint32_t edge_count() const { return edge_count_; }
   [[nodiscard]] std::uint32_t vertex_capacity() const { return static_cast<std::uint32_t>(poses_.size()); }

@@ -13,13 +13,13 @@ namespace alces {
 
 struct SurfaceConfig {
   std::uint32_t sample_capacity = 1536;  ///< most samples a scan
-  std::uint32_t neighbors = 16;          ///< of the plane fit, the sample itself included
+  std::uint32_t neighbors = 16;          ///< of the plane fit, the sample itself included; 3 to KdTree's most
   float neighbor_radius_m = 1.0F;        ///< neighbours farther than this do not count
 };
 
 struct SurfaceSample {
   std::uint32_t index = 0;  ///< of the point in the scan's tree
-  float normal[3] = {};     ///< unit length, body frame; zero where there is no plane
+  float normal[3] = {};     ///< unit length, either way, body frame; zero where there is no plane
   float roughness = 1;      ///< smallest over middle eigenvalue: 0 a perfect plane, 1 none
 };
 

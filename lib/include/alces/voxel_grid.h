@@ -24,7 +24,7 @@ struct VoxelGridConfig {
   float cell_size_m = 0.10F;
   CellRepresentative representative = CellRepresentative::measured;
   std::uint32_t cell_capacity = 16384;  ///< most points that a reduced scan can have
-  float minimum_range_m = 0.5F;         ///< nearer points are the robot itself
+  float minimum_range_m = 0.5F;         ///< from the frame's origin; nearer points are the robot itself
   float maximum_range_m = 100.0F;       ///< farther points are counted and left out
 };
 

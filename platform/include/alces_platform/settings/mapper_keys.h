@@ -84,6 +84,8 @@ void visit_mapper(Config& config, Visitor& visit) {
                "standard deviation added on each axis");
   visit.number("minimum_rotation_rad", config.edge_uncertainty.minimum_rotation_rad, 1e-12, 10,
                "standard deviation added about each axis");
+  visit.number("unconverged_factor", config.edge_uncertainty.unconverged_factor, 1, 1e6,
+               "on the covariance of a match that used up its iterations");
 
   visit.table("detector", "Which earlier scan is near enough to close a loop with.");
   visit.number("radius_m", config.detector.radius_m, 1e-3, 1e4, "");

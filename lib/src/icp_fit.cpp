@@ -1,0 +1,92 @@
+// Where data lie on a model, and where else along a line they may: Icp's questions that move nothing.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "alces/icp.h"
+#include "float_transform.h"
+
+namespace alces {
+
+std::uint32_t Icp::gather_facing(std::span<const IcpScan> data, const Pose& model_from_data,
+                                 const Eigen::Vector3d& direction) {
+  constexpr float facing = 0.7F;  // cosine of a plane's normal to the direction
+  const FloatTransform data_to_model(model_from_data);
+  const Point along{static_cast<float>(direction.x()), static_cast<float>(direction.y()),
+                    static_cast<float>(direction.z())};
+  const std::span<DataPoint> all = data_.first(gather(data));
+  std::uint32_t count = 0;
+  for (const DataPoint& point : all) {
+    const bool faces_along = std::abs(dot(data_to_model.rotate(point.normal), along)) > facing;
+    if (point.plane_weight > 0 && faces_along) all[count++] = point;
+  }
+  const std::uint32_t stride = (count + maximum_facing_samples - 1) / maximum_facing_samples;
+  if (stride <= 1) return count;
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < count; i += stride) all[kept++] = all[i];
+  return kept;
+}
+
+std::uint32_t Icp::count_fitting(std::span<const IcpScan> model, std::span<const DataPoint> points,
+                                 const Pose& model_from_data, const IcpConfig& config) {
+  constexpr float reach_m = 0.25F;  // about how far apart points of a surface are
+  std::array<FloatTransform, maximum_model_scans> body_from_data;
+  for (std::size_t m = 0; m < model.size(); ++m) {
+    body_from_data[m] = FloatTransform(model[m].side_from_body.inverse() * model_from_data);
+  }
+  std::uint32_t fitting = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::size_t m = i % model.size();  // the model's scans in turn
+    const Point place = body_from_data[m] * points[i].point;
+    const Neighbor nearest = model[m].tree->nearest(place, reach_m * reach_m);
+    if (nearest.index == Neighbor::none) continue;
+    const Point error_m = model[m].tree->point(nearest.index) - place;
+    const float off_m = dot(body_from_data[m].rotate(points[i].normal), error_m);
+    if (std::abs(off_m) < config.fit_distance_m) ++fitting;
+  }
+  return fitting;
+}
+
+FacingFit Icp::facing_fit(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                          const Pose& model_from_data, const Eigen::Vector3d& direction,
+                          const IcpConfig& config) {
+  FacingFit fit;
+  if (model.empty() || model.size() > maximum_model_scans) return fit;
+  fit.samples = gather_facing(data, model_from_data, direction);
+  fit.fitting = count_fitting(model, data_.first(fit.samples), model_from_data, config);
+  return fit;
+}
+
+std::uint32_t Icp::likely_shifts(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                 const Pose& model_from_data, const Eigen::Vector3d& direction, double step_m,
+                                 std::uint32_t steps, const IcpConfig& config, std::span<double> shifts_m) {
+  if (model.empty() || model.size() > maximum_model_scans || steps > maximum_shift_steps) return 0;
+  const std::span<const DataPoint> points = data_.first(gather_facing(data, model_from_data, direction));
+  std::array<std::uint32_t, 2 * maximum_shift_steps + 1> room{};
+  const std::span<std::uint32_t> fitting = std::span(room).first(2 * std::size_t{steps} + 1);
+  const auto shift_m = [&](std::size_t s) { return (static_cast<double>(s) - steps) * step_m; };
+  for (std::size_t s = 0; s < fitting.size(); ++s) {
+    Pose shifted = model_from_data;
+    shifted.translation_m += shift_m(s) * direction;
+    fitting[s] = count_fitting(model, points, shifted, config);
+  }
+
+  // A peak is as wide as a fit: what is beside it is the same place.
+  const auto beside = static_cast<std::size_t>(static_cast<double>(config.fit_distance_m) / step_m);
+  const auto around = [&](std::size_t s, std::size_t width) {
+    const std::size_t begin = s - std::min(s, width);
+    return fitting.subspan(begin, std::min(s + width + 1, fitting.size()) - begin);
+  };
+  const std::uint32_t here = *std::ranges::max_element(around(steps, beside));
+  std::uint32_t found = 0;
+  while (found < shifts_m.size()) {
+    const auto best = std::ranges::max_element(fitting);
+    if (*best <= here) break;
+    const auto s = static_cast<std::size_t>(best - fitting.begin());
+    shifts_m[found++] = shift_m(s);
+    std::ranges::fill(around(s, 2 * beside + 1), 0);
+  }
+  return found;
+}
+
+}  // namespace alces

@@ -1,0 +1,261 @@
+// Mapper: what becomes of a loop that was detected: matched, judged, shared out (paper, sections 3.3 to 3.6).
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "alces/mapper.h"
+#include "alces/symmetric_eigen.h"
+
+namespace alces {
+namespace {
+
+bool is_found(const IcpResult& match) {
+  return match.verdict == IcpVerdict::converged || match.verdict == IcpVerdict::iteration_limit;
+}
+
+}  // namespace
+
+const char* text(LoopVerdict verdict) {
+  switch (verdict) {
+    case LoopVerdict::closed:
+      return "closed";
+    case LoopVerdict::refused_no_match:
+      return "refused: the metascans do not come together";
+    case LoopVerdict::refused_overlap:
+      return "refused: too little overlap";
+    case LoopVerdict::refused_residual:
+      return "refused: the residuals are too large";
+    case LoopVerdict::refused_walls:
+      return "refused: too few walls fit";
+    case LoopVerdict::refused_implausible:
+      return "refused: the correction is larger than the accumulated uncertainty explains";
+    case LoopVerdict::refused_capacity:
+      return "refused: no room for another edge";
+    case LoopVerdict::refused_archive:
+      return "refused: a scan could not be brought back";
+  }
+  return "unknown verdict";
+}
+
+Status Mapper::offer_loop(std::uint32_t first, std::uint32_t last, LoopReport& loop) {
+  if (first >= last || last >= scan_count()) return Status::no_such_scan;
+  StageTimes times;
+  const double distance_m = (graph_.poses()[first].translation_m - graph_.poses()[last].translation_m).norm();
+  close_loop({first, last, distance_m}, 1, loop, times);
+  return Status::ok;
+}
+
+void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop,
+                        StageTimes& times) {
+  for (std::uint32_t attempt = 0; attempt < tries; ++attempt) {
+    loop = LoopReport{};
+    loop.first = candidate.first;
+    loop.last = candidate.last;
+    loop.distance_m = candidate.distance_m;
+    ++counters_.loops_offered;
+    judge_loop(candidate, loop, times);
+    if (loop.verdict == LoopVerdict::closed) ++counters_.loops_closed;
+    if (loop_count_ < loops_.size()) {
+      loops_[loop_count_++] = loop;
+    } else {
+      ++counters_.loops_not_listed;
+    }
+    const bool came_together =
+        loop.verdict != LoopVerdict::refused_no_match && loop.verdict != LoopVerdict::refused_overlap &&
+        loop.verdict != LoopVerdict::refused_residual && loop.verdict != LoopVerdict::refused_walls;
+    if (came_together) return;
+    // The pose has drifted: perhaps the nearest scan is of another street. An earlier visit may be the right
+    // one.
+    const Eigen::Vector3d place_m = graph_.poses()[candidate.last].translation_m;
+    const std::optional<LoopDetector::Nearby> earlier =
+        detector_.nearest(place_m, candidate.first, std::sqrt(spreads_[candidate.last].translation_m2));
+    if (!earlier) return;
+    candidate.first = earlier->scan;
+    candidate.distance_m = earlier->distance_m;
+  }
+}
+
+IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                             const Pose& model_from_data) {
+  const IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
+  const bool is_sure = is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap;
+  const IcpResult turned = is_sure ? straight : match_turned(model, data, model_from_data, straight);
+  // Where what lies across is taken for outliers altogether, the direction along is undetermined.
+  const bool may_have_slid = is_found(turned) || turned.verdict == IcpVerdict::degenerate;
+  return may_have_slid ? match_shifted(model, data, turned) : turned;
+}
+
+IcpResult Mapper::match_turned(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                               const Pose& model_from_data, const IcpResult& straight) {
+  // The other starts are tried with scan l alone and few iterations; the best of them is matched in full.
+  IcpConfig quick = config_.loop_match;
+  quick.maximum_iterations = config_.loop_search.iterations;
+  IcpResult best = straight;
+  bool is_better = false;
+  for (std::uint32_t step = 1; step <= config_.loop_search.turn_steps; ++step) {
+    for (const double side : {1.0, -1.0}) {
+      Pose turned = model_from_data;
+      const double angle_rad = side * step * config_.loop_search.turn_step_rad;
+      turned.rotation = turned.rotation * exp_so3({0, 0, angle_rad});
+      const IcpResult match = icp_.match(model, data.last(1), turned, quick);
+      if (!is_found(match) || (is_found(best) && match.overlap <= best.overlap)) continue;
+      best = match;
+      is_better = true;
+    }
+  }
+  return is_better ? icp_.match(model, data, best.model_from_data, config_.scan_match) : straight;
+}
+
+IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                const IcpResult& match) {
+  const LoopSearchConfig& search = config_.loop_search;
+  if (search.shift_steps == 0) return match;
+  const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
+  const Eigen::Vector3d weakest = symmetric_eigen<3>(information).vectors.col(0);
+  // As with turns: scan l alone, few iterations, the best of them in full.
+  const std::span<const IcpScan> scan_l = data.last(1);
+  std::array<double, 3> shifts_m;
+  const std::uint32_t shift_count =
+      icp_.likely_shifts(model, scan_l, match.model_from_data, weakest, search.shift_step_m,
+                         search.shift_steps, config_.loop_match, shifts_m);
+  if (shift_count == 0) return match;
+
+  constexpr float near_m = 1.0F;  // a likely shift is off by no more than a fit
+  IcpConfig near = config_.loop_match;
+  near.first_distance_limit_m = std::max(near.last_distance_limit_m, near_m);
+  IcpConfig quick = near;
+  quick.maximum_iterations = search.iterations;
+  IcpConfig where_it_is = config_.loop_match;
+  where_it_is.first_distance_limit_m = where_it_is.last_distance_limit_m;
+  where_it_is.maximum_iterations = 1;
+  IcpResult best = icp_.match(model, scan_l, match.model_from_data, where_it_is);
+  bool is_shifted = false;
+  for (const double shift_m : std::span(shifts_m).first(shift_count)) {
+    Pose shifted = match.model_from_data;
+    shifted.translation_m += shift_m * weakest;
+    const IcpResult next = icp_.match(model, scan_l, shifted, quick);
+    if (!is_found(next) || next.fit < best.fit + search.shift_gain) continue;
+    best = next;
+    is_shifted = true;
+  }
+  return is_shifted ? icp_.match(model, data, best.model_from_data, near) : match;
+}
+
+double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, const IcpResult& match) {
+  const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
+  const SymmetricEigen<3> directions = symmetric_eigen<3>(information);
+  FacingFit both;
+  for (const int weaker : {0, 1}) {
+    const FacingFit fit = icp_.facing_fit(model, {&scan_l, 1}, match.model_from_data,
+                                          directions.vectors.col(weaker), config_.loop_match);
+    both.samples += fit.samples;
+    both.fitting += fit.fitting;
+  }
+  return both.samples == 0 ? 0.0 : static_cast<double>(both.fitting) / both.samples;
+}
+
+void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
+  const std::uint32_t f = candidate.first;
+  const std::uint32_t l = candidate.last;
+  const Pose map_from_f = graph_.poses()[f];
+  const Pose map_from_l = graph_.poses()[l];
+
+  // Dissociated: l and the scans just before it move as one body, whatever they were matched to before.
+  const std::uint64_t begin_ns = now_ns();
+  const std::uint32_t data_begin = std::max(l - std::min(l, config_.scans_before_last), f + 1);
+  const std::uint32_t model_begin = f - std::min(f, config_.scans_around_first);
+  const std::uint32_t model_end = std::min(f + config_.scans_around_first + 1, data_begin);
+  std::array<IcpScan, maximum_metascan> model;
+  std::array<IcpScan, maximum_metascan> data;
+  std::uint32_t model_count = 0;
+  std::uint32_t data_count = 0;
+  if (!load_metascan(model_begin, model_end, map_from_f, model, model_count) ||
+      !load_metascan(data_begin, l + 1, map_from_l, data, data_count)) {
+    loop.verdict = LoopVerdict::refused_archive;
+    return;
+  }
+  const IcpResult match = match_loop(std::span(model).first(model_count), std::span(data).first(data_count),
+                                     map_from_f.inverse() * map_from_l);
+  times.loop_match_ns += now_ns() - begin_ns;
+  loop.overlap = match.overlap;
+  loop.rms_m = match.rms_m;
+  loop.iterations = match.iterations;
+  const Pose map_from_matched = map_from_f * match.model_from_data;
+  loop.correction_m = (map_from_matched.translation_m - map_from_l.translation_m).norm();
+  loop.correction_rad = angle_between_rad(map_from_matched.rotation, map_from_l.rotation);
+  if (!is_found(match)) {
+    loop.verdict = LoopVerdict::refused_no_match;
+    return;
+  }
+  if (match.overlap < config_.belief.minimum_overlap) {
+    loop.verdict = LoopVerdict::refused_overlap;
+    return;
+  }
+  if (match.rms_m > config_.belief.maximum_rms_m) {
+    loop.verdict = LoopVerdict::refused_residual;
+    return;
+  }
+  loop.wall_fit = wall_fit(std::span(model).first(model_count), data[data_count - 1], match);
+  if (loop.correction_m > config_.belief.small_correction_m &&
+      loop.wall_fit < config_.belief.minimum_wall_fit) {
+    loop.verdict = LoopVerdict::refused_walls;
+    return;
+  }
+  if (counters_.loops_closed == config_.loop_capacity) {
+    loop.verdict = LoopVerdict::refused_capacity;
+    return;
+  }
+
+  const std::uint64_t matched_ns = now_ns();
+  if (sharing_.prepare(graph_, f, l) != Status::ok) {
+    loop.verdict = LoopVerdict::refused_capacity;
+    return;
+  }
+  loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched);
+  if (!(loop.mahalanobis2 <= config_.belief.maximum_mahalanobis2)) {
+    loop.verdict = LoopVerdict::refused_implausible;
+    return;
+  }
+  Edge edge;
+  edge.from = f;
+  edge.to = l;
+  edge.closes_loop = true;
+  edge.from_from_to = match.model_from_data;
+  edge.variance = label(match, map_from_f.rotation);
+  // LOA's time begins with its decomposition, which another back end has only to thank for the belief.
+  const std::uint64_t bend_ns = relaxation_ == nullptr ? matched_ns : now_ns();
+  if (bend(edge, map_from_matched) != Status::ok) {
+    loop.verdict = LoopVerdict::refused_no_match;
+    return;
+  }
+  (void)detector_.rebuild(graph_.poses());
+  for (std::uint32_t i = l; i < scan_count(); ++i) {  // l is again as sure as f
+    const Spread grown{spreads_[i].translation_m2 - spreads_[l].translation_m2,
+                       spreads_[i].rotation_rad2 - spreads_[l].rotation_rad2};
+    if (i > l)
+      spreads_[i] = {spreads_[f].translation_m2 + grown.translation_m2,
+                     spreads_[f].rotation_rad2 + grown.rotation_rad2};
+  }
+  spreads_[l] = spreads_[f];
+  loop.share_ns = now_ns() - bend_ns;
+  times.loop_share_ns += loop.share_ns;
+  loop.verdict = LoopVerdict::closed;
+}
+
+// After sharing_.prepare(), which knows the graph as it was before the edge. An error leaves the map as it
+// was.
+Status Mapper::bend(const Edge& edge, const Pose& map_from_l) {
+  const Status checked = graph_.check_edge(edge);
+  if (checked != Status::ok) return checked;
+  if (relaxation_ != nullptr) {
+    const Status added = graph_.add_edge(edge);
+    if (added != Status::ok) return added;
+    if (relaxation_->relax(graph_, graph_.poses())) return Status::ok;
+    ++counters_.loops_not_relaxed;
+    return sharing_.share(graph_, map_from_l, config_.sharing);
+  }
+  const Status shared = sharing_.share(graph_, map_from_l, config_.sharing);
+  return shared == Status::ok ? graph_.add_edge(edge) : shared;
+}
+
+}  // namespace alces
