@@ -54,7 +54,7 @@ with the first, which is taken as configured; in a hall, --flat finds its tilt, 
 
 DRIVE is a recording (MCAP, of alcesd or alces simulate) or a folder of traces, as for alces replay. +- is one standard deviation.
 
-Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 5 cannot be written, 130 Ctrl-C.)";
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 5 a device failed or a file cannot be written, 130 Ctrl-C.)";
 
 constexpr double degrees_a_radian = 180 / std::numbers::pi;
 

@@ -73,7 +73,8 @@ poses, for the same pairs in every map.
 
 Ctrl-C ends the strategy at work; the finished ones stay and are written.
 
-Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 cannot be written, 130 Ctrl-C.)";
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 a device failed or a file cannot be written,
+130 Ctrl-C.)";
 
 /// "alces: ELCH & LUM, iteration 7 1200/4223" on one line of a terminal, ten times a second at most.
 class StageLine {

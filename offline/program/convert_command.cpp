@@ -150,6 +150,7 @@ void copy_recording(const Options& options) {
   const std::uint64_t total = fs::file_size(options.in);
   RecordedMessage message;
   while (reader.next(message)) {
+    writer.advance_to(message.handed_on_ns);
     std::visit(
         [&writer](const auto& content) {
           using Content = std::decay_t<decltype(content)>;

@@ -107,7 +107,7 @@ void add_lum_options(CLI::App& verb, LumOptions& options) {
       ->capture_default_str();
   verb.add_option("--link-distance", settings.link_distance_m, "lum: scans so near are linked, m")
       ->capture_default_str();
-  verb.add_option("--loaded-scans", settings.loaded_scans, "lum: in memory at once, some 0.3 MB each")
+  verb.add_option("--loaded-scans", settings.loaded_scans, "lum: in memory at once, some 0.2 MB each")
       ->capture_default_str();
   verb.add_option("--threads", settings.threads, "lum: 0: one a core")->capture_default_str();
   verb.add_flag("--resume", options.resume, "lum: go on where a run into the same OUT was stopped");

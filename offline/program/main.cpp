@@ -32,7 +32,7 @@ constexpr const char* footer = R"(Examples:
 
 'alces VERB --help' explains a verb. Frames are REP 103's (x forward, y left, z up), units are SI.
 
-Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 device failure.)";
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 a device failed or a file cannot be written.)";
 
 enum ExitStatus : int { done = 0, defect = 1, usage = 2, capacity = 4 };
 

@@ -54,8 +54,9 @@ poses do not depend on either. The archive may be removed afterwards.
 
 Ctrl-C ends the map after the scan that is being matched and writes it, a second one ends the program at once.
 
-Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 cannot be written, 130 Ctrl-C, 143 told
-to stop. With 3, 4, 130 and 143 the scans mapped so far are in OUT.)";
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 a device failed or a file cannot be written,
+130 Ctrl-C, 143 told to stop. With 3, 4, 130 and 143, and with 5 where the archive is what cannot be written, the scans mapped so
+far are in OUT.)";
 
 MapRequest request(const Options& options) {
   MapRequest request;

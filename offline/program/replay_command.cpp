@@ -48,7 +48,8 @@ the vehicle itself. The stamps of trajectory.tum are seconds of the vehicle's mo
 Beside what 'alces map' writes, run.json has the drive's counters and notices: what the motor, the encoder, the lasers, the
 odometry and the GPS went through.
 
-Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 cannot be written, 130 Ctrl-C.)";
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 a device failed or a file cannot be written,
+130 Ctrl-C.)";
 
 void replay_drive(const Options& options) {
   DriveReplayOptions replay_options;

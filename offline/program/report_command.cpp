@@ -34,8 +34,8 @@ closed, each loop with its overlap before and after, refused loops and why, what
 memory and time against the plan, and, of a replay, faults and counters on a time line. Where the points do not all fit
 the limit, an even choice of them is taken, and the page says so.
 
-Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 no room within the limit, 5 cannot be written, or this
-program was built without the page.)";
+Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 no room within the limit, 5 a device failed or a file cannot be written,
+or this program was built without the page.)";
 
 /// "alces: packing the points" on one line of a terminal.
 class Stages {

@@ -40,7 +40,7 @@ as DRIVE.truth.tum: the pose of every whole scan, for alces evaluate. What errs 
 
 Ctrl-C ends the drive early; the recording is whole.
 
-Exit status: 0 done, 2 usage, 3 invalid configuration, 5 cannot be written, 130 Ctrl-C.)";
+Exit status: 0 done, 2 usage, 3 invalid configuration, 5 a device failed or a file cannot be written, 130 Ctrl-C.)";
 
 void simulate(Options& options) {
   DriveSimulationSettings& settings = options.settings;

@@ -113,8 +113,8 @@ std::optional<std::uint64_t> number_in_name(const std::filesystem::path& file) {
   while (begin > 0 && is_digit(stem[begin - 1])) --begin;
   std::uint64_t number = 0;
   const auto [at, error] = std::from_chars(stem.data() + begin, stem.data() + end, number);
-  if (error != std::errc{} || begin == end) return std::nullopt;
-  return number;
+  if (begin == end) return std::nullopt;
+  return error == std::errc::result_out_of_range ? UINT64_MAX : number;
 }
 
 }  // namespace alces::offline

@@ -55,6 +55,15 @@ ScanTable scan_table(const MapRun& run) {
   return table;
 }
 
+// What an earlier run.json claims does not hold once the first of its files is replaced; should a later one
+// fail, no claim at all is the truth.
+void withdraw_claim(const fs::path& run_json) {
+  std::error_code error;
+  if (!fs::is_regular_file(run_json, error)) return;  // none yet, or a device or pipe that keeps nothing
+  fs::remove(run_json, error);
+  if (error) throw OutputError(run_json, "cannot be replaced (" + error.message() + ")");
+}
+
 }  // namespace
 
 void prepare_map_folder(const fs::path& folder) {
@@ -85,6 +94,7 @@ nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const Progr
     write_s[name] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   const Trajectory trajectory = run.trajectory();
+  withdraw_claim(folder / "run.json");
   timed("trajectory.tum", [&] { write_tum(folder / "trajectory.tum", trajectory); });
   timed("trajectory_without_loops.tum",
         [&] { write_tum(folder / "trajectory_without_loops.tum", run.trajectory_without_loops()); });

@@ -100,6 +100,7 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
       problem_ = capacity_problem(index, status);
       return false;
     case Status::archive_write_failed:
+      ++archive_write_failures_;
       problem_ = OutputError(archive_->problem());
       return false;
     case Status::archive_read_failed:
@@ -151,7 +152,7 @@ Error MapRun::capacity_problem(std::size_t index, Status status) const {
   const double mib =
       (static_cast<double>(plan_.block_bytes - plan_.pool_bytes) + pool_bytes) / (1024.0 * 1024);
   return CapacityError(
-      fmt::format("the point pool of {} is full {}: give --memory of about {:.0f}MiB, or --archive FILE",
+      fmt::format("the point pool of {} is full {}: give --memory of about {:.0f} MiB, or --archive FILE",
                   format_byte_size(plan_.pool_bytes), where, std::ceil(mib)));
 }
 

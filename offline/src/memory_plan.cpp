@@ -11,9 +11,11 @@ MemoryPlan plan_memory(MapperConfig& config, std::size_t limit_bytes) {
   const std::size_t least_bytes = settings::least_memory(config);
   if (least_bytes > limit_bytes) {
     const std::size_t kib = (least_bytes + 1023) / 1024;
-    throw CapacityError(fmt::format(
-        "{} of memory are not enough for {} scans of up to {} points: give at least --memory {}KiB",
-        format_byte_size(limit_bytes), config.scan_capacity, config.voxel.cell_capacity, kib));
+    const std::string scans =
+        config.scan_capacity == 1 ? "one scan" : fmt::format("{} scans", config.scan_capacity);
+    throw CapacityError(
+        fmt::format("{} of memory are not enough for {} of up to {} points: give at least --memory '{} KiB'",
+                    format_byte_size(limit_bytes), scans, config.voxel.cell_capacity, kib));
   }
   return settings::plan_memory(config, limit_bytes);
 }

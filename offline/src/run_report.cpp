@@ -101,7 +101,7 @@ Json counters(const MapRun& run) {
           {"points_stored", store.points},
           {"scans_refused", mapper.scans_refused},
           {"scans_predicted", mapper.scans_predicted},
-          {"archive_failures", mapper.archive_failures},
+          {"archive_failures", run.archive_failures()},
           {"scans_thinned", run.thinned_scans()},
           {"scans_archived", store.archived_scans},
           {"slot_hits", store.slot_hits},
@@ -109,7 +109,8 @@ Json counters(const MapRun& run) {
           {"loops_offered", mapper.loops_offered},
           {"loops_closed", mapper.loops_closed},
           {"loops_not_listed", mapper.loops_not_listed},
-          {"loops_not_relaxed", mapper.loops_not_relaxed}};
+          {"loops_not_relaxed", mapper.loops_not_relaxed},
+          {"gps_not_finite", mapper.gps_not_finite}};
 }
 
 }  // namespace

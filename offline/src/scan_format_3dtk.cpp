@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "alces_offline/error.h"
 #include "alces_offline/scan_format.h"
@@ -36,12 +37,31 @@ bool is_count(std::string_view token) {
   return all_of(token, "0123456789");
 }
 
-// What 3DTK's tools put into the first line: a comment, words, a count of points, "361 rows 480 columns".
+bool is_number(std::string_view token) {
+  double value = 0;
+  const std::string text(token);  // for the 0 behind it
+  const char* const end = text.data() + text.size();
+  return parse_number(text.data(), end, value) == end;
+}
+
+// "361 x 480", which 3DTK itself takes for a header, or "361 rows 480 columns".
+bool is_grid(std::span<const std::string_view> tokens) {
+  if (tokens.size() < 3 || !is_count(tokens[0]) || !is_count(tokens[2])) return false;
+  return tokens.size() == 3 ? tokens[1] == "x"
+                            : tokens.size() == 4 && is_word(tokens[1], 2) && is_word(tokens[3], 2);
+}
+
+// What tools put into the first line: a comment, a count of points, words, a grid. Any other line with two
+// numbers is a point, and text in it is as wrong as in the lines below.
 bool is_header(std::string_view line) {
-  const std::string_view first = take_token(line);
-  const std::string_view second = take_token(line);
-  return (!first.empty() && first.front() == '#') || is_word(first, 1) ||
-         (is_count(first) && (second.empty() || is_word(second, 2)));
+  std::array<std::string_view, 8> room;  // its first words decide: a whole file may be one line
+  std::size_t count = 0;
+  while (count < room.size() && !(room[count] = take_token(line)).empty()) ++count;
+  const std::span<const std::string_view> tokens = std::span(room).first(count);
+  if (tokens.empty()) return false;
+  if (tokens[0].front() == '#' || is_grid(tokens)) return true;
+  if (std::count_if(tokens.begin(), tokens.end(), is_number) > 1) return false;
+  return is_word(tokens[0], 1) || (is_count(tokens[0]) && (count == 1 || is_word(tokens[1], 2)));
 }
 
 }  // namespace

@@ -39,9 +39,10 @@ class Body {
     if (at_ >= end_) return false;
     const char* const next = parse_number(at_, end_, value);
     if (next == nullptr) {
+      const std::string_view text(at_, std::min<std::size_t>(bytes_left(), 20));
       throw InputError(scan_.file, line_,
                        fmt::format("\"{}\" is no number; correct the line",
-                                   std::string_view(at_, std::min<std::size_t>(bytes_left(), 20))));
+                                   text.substr(0, text.find_first_of(" \t\r\n"))));
     }
     at_ = next;
     return true;

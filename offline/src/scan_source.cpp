@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
+#include <map>
 #include <mutex>
 #include <string_view>
 #include <system_error>
@@ -170,8 +172,7 @@ class Opener {
 
  private:
   std::unique_ptr<ScanSource> finish(const std::optional<fs::path>& trajectory) {
-    number_entries();
-    if (entries_.front().format == &formats.front()) warn_of_gaps();
+    if (number_entries() && counts_by_one()) warn_of_gaps();
     std::string title = "no odometry";
     if (options_.odometry) {
       apply(read_trajectory(*options_.odometry), *options_.odometry, true);
@@ -204,16 +205,39 @@ class Opener {
                       folder.string(), count, names));
   }
 
-  // The numbers in the names, if they name every scan once; else the order.
-  void number_entries() {
+  // The numbers in the names, if they name every scan once and are not too large; else the order, and false.
+  bool number_entries() {
+    bool all_numbered = true;
     bool named = true;
-    for (std::size_t i = 0; named && i < entries_.size(); ++i) {
+    std::uint64_t largest = 0;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
       const auto number = number_in_name(entries_[i].file);
-      named = number && (i == 0 || *number > entries_[i - 1].number);
+      all_numbered = all_numbered && number;
+      named = named && number && (i == 0 || *number > entries_[i - 1].number);
       entries_[i].number = static_cast<std::size_t>(number.value_or(0));
+      largest = std::max(largest, number.value_or(0));
     }
-    if (named) return;
-    for (std::size_t i = 0; i < entries_.size(); ++i) entries_[i].number = i;
+    if (largest > largest_scan_number && all_numbered && entries_.size() > 1)
+      warnings_.push_back(fmt::format(
+          "{}: the numbers in the names go beyond {}, which is as far as map.ply counts: scans are "
+          "numbered in their order, 0 to {}",
+          entries_.back().file.filename().string(), largest_scan_number, entries_.size() - 1));
+    named = named && largest <= largest_scan_number;
+    for (std::size_t i = 0; !named && i < entries_.size(); ++i) entries_[i].number = i;
+    return named;
+  }
+
+  // Whether a number that is missing means a scan that is missing: always so in 3DTK's folders; elsewhere
+  // where 1 is the commonest step from one number to the next, since numbers may also be times, or every
+  // tenth scan.
+  [[nodiscard]] bool counts_by_one() const {
+    if (entries_.front().format == &formats.front()) return true;
+    std::map<std::size_t, std::size_t> times_of_step;
+    for (std::size_t i = 1; i < entries_.size(); ++i)
+      ++times_of_step[entries_[i].number - entries_[i - 1].number];
+    const auto commonest = std::max_element(times_of_step.begin(), times_of_step.end(),
+                                            [](const auto& a, const auto& b) { return a.second < b.second; });
+    return commonest != times_of_step.end() && commonest->first == 1;  // of equally common steps the smallest
   }
 
   void warn_of_gaps() {

@@ -153,9 +153,12 @@ std::vector<std::filesystem::path> files_ending(const std::vector<std::filesyste
 Trajectory read_3dtk_folder(const std::vector<std::filesystem::path>& files,
                             Pose (*read)(const std::filesystem::path&)) {
   Trajectory trajectory;
+  // as the scans beside them are numbered
+  const bool named = std::all_of(files.begin(), files.end(), [](const std::filesystem::path& file) {
+    return number_in_name(file).value_or(UINT64_MAX) <= largest_scan_number;
+  });
   for (const std::filesystem::path& file : files) {
-    const auto number = number_in_name(file);
-    trajectory.stamps_s.push_back(static_cast<double>(number ? *number : trajectory.size()));
+    trajectory.stamps_s.push_back(static_cast<double>(named ? *number_in_name(file) : trajectory.size()));
     trajectory.poses.push_back(read(file));
   }
   return trajectory;

@@ -72,12 +72,15 @@ Plan make_plan(const VehicleSettings& settings, const Options& options) {
     const std::size_t pool_for_one =
         mapper.pool_bytes == 0 && !has_archive ? settings::largest_stored_scan(mapper) : 0;
     const std::size_t least_bytes = settings::least_memory(least) + pool_for_one;
-    if (mapper.scan_capacity == 0 || least_bytes > settings.memory_bytes)
+    if (mapper.scan_capacity == 0 || least_bytes > settings.memory_bytes) {
+      const std::string scans =
+          least.scan_capacity == 1 ? "one scan" : fmt::format("{} scans", least.scan_capacity);
       throw Error(
           ExitStatus::configuration,
-          fmt::format("{}: {} of memory are not enough for {} scans of up to {} points; give at least {}KiB",
-                      options.config.string(), format_byte_size(settings.memory_bytes), least.scan_capacity,
+          fmt::format("{}: {} of memory are not enough for {} of up to {} points; give at least {} KiB",
+                      options.config.string(), format_byte_size(settings.memory_bytes), scans,
                       mapper.voxel.cell_capacity, (least_bytes + 1023) / 1024));
+    }
     plan.map = settings::plan_memory(mapper, settings.memory_bytes);
     if (has_archive) plan.archive_index_bytes = archive_index_bytes_per_scan * mapper.scan_capacity;
   }

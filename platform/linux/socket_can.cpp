@@ -242,7 +242,7 @@ void SocketCan::look(std::int64_t now_ns) {
   if (bus_.is_up()) {
     error_.clear();
   } else if (bus_.state() == CanBusState::down) {
-    error_.set("%s: the interface is down; bring it up: ip link set %s up type can bitrate 500000",
+    error_.set("%s: the interface is down; bring it up: ip link set %s up type can bitrate 1000000",
                name_.text(), name_.text());
   } else {
     error_.set(

@@ -11,10 +11,11 @@
 #define ALCES_TIME ALCES_USES("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n")
 #define ALCES_HEADER \
   ALCES_USES("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n") ALCES_TIME
+#define ALCES_QUATERNION \
+  ALCES_USES("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n")
 #define ALCES_POSE                                                             \
   ALCES_USES("geometry_msgs/Pose", "Point position\nQuaternion orientation\n") \
-  ALCES_USES("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n")       \
-  ALCES_USES("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n")
+  ALCES_USES("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n") ALCES_QUATERNION
 
 namespace alces::recording {
 namespace {
@@ -33,6 +34,7 @@ enum SchemaPlace : std::uint16_t {
   graph_edge_schema,
   diagnostics_schema,
   stop_schema,
+  transforms_schema,
   can_frame_schema,
   can_fd_frame_schema,
   schema_count
@@ -160,6 +162,12 @@ constexpr std::array<mcap::Schema, schema_count> all_schemas = {{
      "# The scanner was asked to stop; what devices do from here on is its end, no fault.\n"
      "builtin_interfaces/Time stamp\n"  //
      ALCES_TIME},
+    {"tf2_msgs/msg/TFMessage",
+     "geometry_msgs/TransformStamped[] transforms\n"  //
+     ALCES_USES("geometry_msgs/TransformStamped",
+                "std_msgs/Header header\nstring child_frame_id\nTransform transform\n")
+         ALCES_USES("geometry_msgs/Transform", "Vector3 translation\nQuaternion rotation\n") ALCES_USES(
+             "geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n") ALCES_QUATERNION ALCES_HEADER},
     {"can_msgs/msg/Frame",
      "std_msgs/Header header\n"
      "uint32 id\n"
@@ -204,6 +212,7 @@ constexpr std::array<mcap::Channel, fixed_channels + topics_per_can_bus* maximum
     {"/alces/graph_edges", graph_edge_schema},
     {"/diagnostics", diagnostics_schema},
     {"/alces/stop", stop_schema},
+    {"/tf", transforms_schema},
     {"/can0/rx", can_frame_schema},
     {"/can0/tx", can_frame_schema},
     {"/can0/rx_fd", can_fd_frame_schema},

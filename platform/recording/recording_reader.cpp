@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <optional>
 
 #include "alces_platform/recording/channels.h"
 
@@ -97,6 +98,15 @@ GraphEdgeRecord decode_graph_edge(CdrReader& cdr, std::int64_t stamp_ns) {
   return edge;
 }
 
+/// None: somebody else's. "/tf" is everybody's topic; ours have one transform, of the body in the map.
+std::optional<TransformRecord> decode_transform(CdrReader& cdr, std::int64_t stamp_ns) {
+  if (cdr.number<std::uint32_t>() != 1) return std::nullopt;
+  static_cast<void>(cdr.time());
+  const bool is_ours = cdr.string() == "map" && cdr.string() == "body";
+  if (!is_ours) return std::nullopt;
+  return TransformRecord{stamp_ns, cdr.pose()};
+}
+
 }  // namespace
 
 bool RecordingReader::open() {
@@ -136,7 +146,7 @@ bool RecordingReader::next(RecordedMessage& message) {
     }
     if (std::holds_alternative<Event>(message.content)) {
       ++counters_.events;
-    } else if (topic == foreign) {
+    } else if (std::holds_alternative<ForeignRecord>(message.content)) {
       ++counters_.foreign;
     } else {
       ++counters_.results;
@@ -219,6 +229,10 @@ bool RecordingReader::decode(int topic, const mcap::ReadMessage& raw, RecordedMe
       message.content = PoseRecord{stamp_ns, cdr.pose()};
       break;
     }
+    case Topic::transforms:
+      message.content = ForeignRecord{};
+      if (const auto transform = decode_transform(cdr, stamp_ns)) message.content = *transform;
+      break;
     case Topic::path:
       message.content = decode_path(cdr, stamp_ns);
       break;

@@ -100,9 +100,14 @@ RecordingWriter* RecordingWriter::create(std::span<std::byte> block, const Recor
 
 void RecordingWriter::commit(std::uint16_t channel, std::int64_t stamp_ns, std::size_t size) {
   if (stamp_ns < 0) ++counters_.stamps_negative;
-  if (mcap_.messages_in_chunk() == 0) retry_ns_ = now_ns_ + config_.flush_interval_ns;
+  if (mcap_.messages_in_chunk() == 0) retry_later();
   mcap_.commit_message(channel, static_cast<std::uint64_t>(now_ns_),
                        static_cast<std::uint64_t>(std::max<std::int64_t>(stamp_ns, 0)), size);
+}
+
+void RecordingWriter::retry_later() {
+  const std::int64_t interval_ns = config_.flush_interval_ns;
+  retry_ns_ = std::min(now_ns_, INT64_MAX - interval_ns) + interval_ns;
 }
 
 void RecordingWriter::make_room() {
@@ -114,7 +119,7 @@ bool RecordingWriter::try_flush(bool gives_up) {
   const bool taken = mcap_.flush();
   const std::uint64_t lost_before = mcap_.counters().messages_lost;
   if (!taken && gives_up) mcap_.discard();
-  retry_ns_ = now_ns_ + config_.flush_interval_ns;
+  retry_later();
   if (taken && is_stalled_) {
     is_stalled_ = false;
     const auto lost = static_cast<std::int64_t>(mcap_.counters().messages_lost - lost_before_stall_);
@@ -145,8 +150,12 @@ bool RecordingWriter::finish() {
 void RecordingWriter::advance(const Event& event) {
   const bool is_believed =
       !has_now_ || event.kind == EventKind::tick || event.stamp_ns - now_ns_ <= longest_lead_ns;
-  if (event.stamp_ns > now_ns_ && is_believed) {
-    now_ns_ = event.stamp_ns;
+  advance_to(is_believed ? event.stamp_ns : now_ns_);
+}
+
+void RecordingWriter::advance_to(std::int64_t now_ns) {
+  if (now_ns > now_ns_) {
+    now_ns_ = now_ns;
     has_now_ = true;
   }
   if (mcap_.messages_in_chunk() > 0 && now_ns_ >= retry_ns_) static_cast<void>(try_flush(false));
@@ -298,6 +307,12 @@ void RecordingWriter::write_pose(const PoseRecord& pose) {
   put(Topic::pose, pose.stamp_ns, [&](CdrWriter& cdr) {
     cdr.header(pose.stamp_ns, "map");
     cdr.pose(pose.map_from_body);
+  });
+  put(Topic::transforms, pose.stamp_ns, [&](CdrWriter& cdr) {
+    cdr.number(std::uint32_t{1});
+    cdr.header(pose.stamp_ns, "map");
+    cdr.string("body");
+    cdr.pose(pose.map_from_body);  // a Transform's numbers are a Pose's
   });
 }
 

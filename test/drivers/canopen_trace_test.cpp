@@ -7,14 +7,17 @@
 
 #include "alces_drivers/canopen/sdo_message.h"
 #include "support/motor_bench.h"
+#include "support/test_data.h"
 
 using namespace alces;
 using namespace alces::canopen;
 
 namespace {
 
+constexpr const char* trace_file = "can/tmcm1636/candump.txt";
+
 std::vector<CanFrame> read_trace() {
-  std::ifstream file(std::string(ALCES_SHARED_DATA) + "/can/tmcm1636/candump.txt");
+  std::ifstream file(test::test_data(trace_file));
   std::vector<CanFrame> frames;
   for (std::string line; std::getline(file, line);) {
     if (line.find('[') == std::string::npos) continue;
@@ -49,11 +52,8 @@ TracedDrive traced_drive(const std::vector<CanFrame>& trace) {
 }  // namespace
 
 TEST_CASE("every frame of the TMCM-1636 trace is understood") {
+  if (!test::has_test_data(trace_file)) return;
   const auto trace = read_trace();
-  if (trace.empty()) {
-    WARN("skipped: no can/tmcm1636/candump.txt");
-    return;
-  }
   CHECK(trace.size() == 115);
   std::map<Service, int> count;
   std::optional<SdoMessage> request;
@@ -104,11 +104,8 @@ TEST_CASE("every frame of the TMCM-1636 trace is understood") {
 }
 
 TEST_CASE("our PDO set-up writes the objects that the recorded master wrote") {
+  if (!test::has_test_data(trace_file)) return;
   const auto trace = read_trace();
-  if (trace.empty()) {
-    WARN("skipped: no can/tmcm1636/candump.txt");
-    return;
-  }
   const TracedDrive drive = traced_drive(trace);
   PdoConfig control;
   control.forbids_remote_frames = true;  // as the drive's own 0x1400:1 says
@@ -131,11 +128,8 @@ TEST_CASE("our PDO set-up writes the objects that the recorded master wrote") {
 
 TEST_CASE(
     "against the recorded drive's answers the motor walks out of its fault and on to operation enabled") {
+  if (!test::has_test_data(trace_file)) return;
   const auto trace = read_trace();
-  if (trace.empty()) {
-    WARN("skipped: no can/tmcm1636/candump.txt");
-    return;
-  }
   const TracedDrive traced = traced_drive(trace);
   MotorConfig config = test::motor_config();
   config.heartbeat_period_ms = 0;           // the recorded master switched it off
@@ -170,11 +164,8 @@ TEST_CASE(
 }
 
 TEST_CASE("the recorded answers, byte for byte, satisfy an SDO client that asks the recorded questions") {
+  if (!test::has_test_data(trace_file)) return;
   const auto trace = read_trace();
-  if (trace.empty()) {
-    WARN("skipped: no can/tmcm1636/candump.txt");
-    return;
-  }
   test::FakeCanPort port;
   SdoClient sdo(1, {}, port);
   int transfers = 0;

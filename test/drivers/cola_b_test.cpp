@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "alces_platform/sim/random.h"
+#include "support/test_data.h"
 
 using namespace alces::cola_b;
 using alces::ColaB;
@@ -30,15 +31,12 @@ struct Packet {
   Bytes bytes;
 };
 
-/// The TCP payloads of one of the captures, in order; empty: the file is missing. The captures hold TCP's
+/// The TCP payloads of one of the captures, in order; empty: there are no such data. The captures hold TCP's
 /// retransmissions but no sequence numbers: scan data that repeat byte for byte, times included, are those.
 std::vector<Packet> capture(const std::string& name) {
   std::vector<Packet> packets;
-  std::ifstream file(ALCES_SHARED_DATA "/sick/" + name);
-  if (!file) {
-    WARN("skipped: " << name << " is missing");
-    return packets;
-  }
+  if (!alces::test::has_test_data("sick/" + name)) return packets;
+  std::ifstream file(alces::test::test_data("sick/" + name));
   for (const auto& entry : nlohmann::json::parse(file)) {
     const auto& tcp = entry["_source"]["layers"]["tcp"];
     Packet packet;
@@ -60,11 +58,8 @@ std::vector<Packet> capture(const std::string& name) {
 /// once.
 std::vector<Packet> pcapng_stream(const std::string& name) {
   std::vector<Packet> packets;
-  std::ifstream file(ALCES_SHARED_DATA "/sick/" + name, std::ios::binary);
-  if (!file) {
-    WARN("skipped: " << name << " is missing");
-    return packets;
-  }
+  if (!alces::test::has_test_data("sick/" + name)) return packets;
+  std::ifstream file(alces::test::test_data("sick/" + name), std::ios::binary);
   const Bytes bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const auto little = [&](std::size_t at) -> std::uint32_t {
     std::uint32_t value = 0;

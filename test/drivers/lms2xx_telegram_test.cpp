@@ -8,6 +8,7 @@
 
 #include "alces_drivers/lms2xx/measured_values.h"
 #include "alces_platform/sim/random.h"
+#include "support/test_data.h"
 
 using namespace alces::lms2xx;
 using Bytes = std::vector<std::uint8_t>;
@@ -136,12 +137,8 @@ TEST_CASE("random bytes never make a telegram longer than is legal, and the pars
 }
 
 TEST_CASE("a recorded telegram of an LMS 200 decodes to 361 ranges in millimetres") {
-  const std::string path = ALCES_SHARED_DATA "/sick/lms200_one_scan_telegram.bin";
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    WARN("skipped: " << path << " is missing");
-    return;
-  }
+  if (!alces::test::has_test_data("sick/lms200_one_scan_telegram.bin")) return;
+  std::ifstream file(alces::test::test_data("sick/lms200_one_scan_telegram.bin"), std::ios::binary);
   const Bytes bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   REQUIRE(bytes.size() == 732);
   CHECK(crc16(std::span(bytes).first(730)) == 0x4764);

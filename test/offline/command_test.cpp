@@ -62,6 +62,15 @@ TEST_CASE("help and version are no errors, and help teaches") {
   }
 }
 
+TEST_CASE("status 5 is explained in the same words by every verb that can end with it") {
+  const TemporaryFolder folder;
+  for (const char* verb : {"", "map ", "replay ", "compare ", "report ", "simulate ", "calibrate "}) {
+    CAPTURE(verb);
+    CHECK_THAT(run(folder, std::string(verb) + "--help").out,
+               Catch::Contains("5 a device failed or a file cannot be written"));
+  }
+}
+
 TEST_CASE("wrong usage is status 2 and says where help is") {
   const TemporaryFolder folder;
   for (const char* arguments :

@@ -119,7 +119,7 @@ TEST_CASE(
     CHECK_THAT(outcome.err, Catch::Contains("--help'"));
   }
   for (const char* arguments :
-       {"nowhere out.mcap", "empty out.mcap", "noise.mcap out.mcap", "noise.mcap out",
+       {"nowhere out.mcap", "empty out.mcap", "noise.mcap out.mcap", "noise.mcap out", "drive.mcap out.xyz",
         "traces out.mcap --clock-offset typo.txt=1", "traces out.mcap --clock-offset gpio.txt=1e9"}) {
     const Outcome outcome = convert(folder, arguments);
     INFO(arguments << ": " << outcome.err);
@@ -128,8 +128,8 @@ TEST_CASE(
     CHECK_FALSE(std::filesystem::exists(folder / "out.mcap"));
   }
   CHECK(convert(folder, "noise.log out.mcap").status == 3);
-  for (const char* arguments : {"traces /proc/out.mcap", "traces blocked/out.mcap", "traces blocked",
-                                "drive.mcap out.xyz", "drive.mcap what.bin"}) {
+  for (const char* arguments :
+       {"traces /proc/out.mcap", "traces blocked/out.mcap", "traces blocked", "drive.mcap what.bin"}) {
     const Outcome outcome = convert(folder, arguments);
     INFO(arguments << ": " << outcome.err);
     CHECK(outcome.status == 5);

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "alces_offline/error.h"
 #include "alces_offline/map_writer.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
+#include "alces_platform/recording/byte_source.h"
+#include "alces_platform/recording/recording_reader.h"
 #include "run_alces.h"
 
 namespace alces::offline {
@@ -195,6 +198,40 @@ TEST_CASE(
     CHECK(is.stamps_s[i] == was.stamps_s[i]);
     CHECK((is.poses[i].translation_m - was.poses[i].translation_m).norm() < 1e-6);
     CHECK(angle_between_rad(is.poses[i].rotation, was.poses[i].rotation) < 1e-6);
+  }
+}
+
+TEST_CASE("a map's recording lasts as long as the map, and a transform places every cloud") {
+  const TemporaryFolder folder;
+  const bool has_time = GENERATE(false, true);
+  convert(write_map(folder, has_time), folder / "map.mcap");
+  REQUIRE(run_alces(folder, "convert map.mcap copy.mcap").status == 0);
+  for (const char* name : {"map.mcap", "copy.mcap"}) {
+    CAPTURE(name, has_time);
+    FileSource source((folder / name).c_str());
+    RecordingReader reader(source);
+    REQUIRE(reader.open());
+    RecordedMessage message;
+    std::vector<TransformRecord> transforms;
+    std::size_t clouds = 0;
+    while (reader.next(message)) {
+      if (const auto* transform = std::get_if<TransformRecord>(&message.content)) {
+        CHECK(message.handed_on_ns == transform->stamp_ns);
+        transforms.push_back(*transform);
+      } else if (const auto* scan = std::get_if<CloudRecord>(&message.content)) {
+        CHECK(message.handed_on_ns == scan->stamp_ns);
+        REQUIRE(transforms.size() == ++clouds);
+        CHECK(transforms.back().stamp_ns == scan->stamp_ns);
+        CHECK((transforms.back().map_from_body * Eigen::Vector3d(1, 2, 3) -
+               pose_of(clouds == 1 ? 3 : 7) * Eigen::Vector3d(1, 2, 3))
+                  .norm() < 1e-5);
+      }
+    }
+    CHECK(clouds == 2);
+    CHECK(transforms.front().stamp_ns == (has_time ? 1'003'500'000'000 : 3'000'000'000));
+    const nlohmann::json info =
+        nlohmann::json::parse(run_alces(folder, std::string("info --json ") + name).out);
+    CHECK(info["duration_s"] == 4);
   }
 }
 

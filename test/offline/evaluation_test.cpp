@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "alces_offline/error.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 namespace alces::offline {
@@ -243,6 +244,66 @@ TEST_CASE("only points between 1.5 and 20 m count, and noise has no normals") {
   CHECK(SurfaceModel(cube, {}).size() < 100);
 }
 
+// The figure is compared between versions and with other programs: its constants are part of it.
+
+/// Ten points about (5, 0, 0) whose covariance has the eigenvalues 4, 1 and `ratio`.
+std::vector<Point> ten_points(float ratio) {
+  std::vector<Point> points(10, {5, 0, 0});
+  for (std::size_t i = 0; i < 8; ++i)
+    points[i] = {(i & 1) != 0 ? 5.2F : 4.8F, (i & 2) != 0 ? 0.1F : -0.1F,
+                 0.1F * std::sqrt(ratio) * ((i & 4) != 0 ? 1.0F : -1.0F)};
+  return points;
+}
+
+TEST_CASE("a normal is of ten points, the smallest eigenvalue less than 2 % of the middle one") {
+  CHECK(SurfaceModel(ten_points(0.019F), {}).size() == 10);
+  CHECK(SurfaceModel(ten_points(0.021F), {}).size() == 0);
+  const std::vector<Point> ten = ten_points(0.0F);
+  CHECK(SurfaceModel(std::span(ten).first(9), {}).size() == 0);
+  // Of eleven, a point off the plane spoils all that do not have it for the farthest: it and those at y = 0
+  // to 3.
+  std::vector<Point> strip;
+  for (int i = 0; i < 10; ++i) strip.push_back({5, static_cast<float>(i), i % 2 == 0 ? 0.5F : -0.5F});
+  strip.push_back({3, -1, 0});
+  CHECK(SurfaceModel(strip, {}).size() == 6);
+}
+
+/// What is left of points on a line along y at (`x_m`, 0, 0), offered to a wall of normals there.
+std::size_t correspondences(double wall_x_m, double scan_x_m, std::size_t points) {
+  std::vector<Point> wall;
+  for (float y = -1; y <= 1; y += 0.1F) {
+    for (float z = -0.5F; z <= 0.5F; z += 0.1F) wall.push_back({static_cast<float>(wall_x_m), y, z});
+  }
+  std::vector<Point> scan(points, {static_cast<float>(scan_x_m), 0, 0});
+  return SurfaceModel(wall, {}).residuals_m(scan, Pose{}).size();
+}
+
+TEST_CASE(
+    "every third point within 1 m of a surface, and between 1.5 and 20 m from its scanner, has a residual") {
+  CHECK(correspondences(5, 5, 1) == 1);
+  CHECK(correspondences(5, 5, 3) == 1);
+  CHECK(correspondences(5, 5, 4) == 2);
+  CHECK(correspondences(5, 5, 300) == 100);
+  CHECK(correspondences(5, 5.99, 3) == 1);
+  CHECK(correspondences(5, 6.01, 3) == 0);
+  CHECK(correspondences(2, 1.51, 3) == 1);
+  CHECK(correspondences(2, 1.49, 3) == 0);
+  CHECK(correspondences(19.5, 19.99, 3) == 1);
+  CHECK(correspondences(19.5, 20.01, 3) == 0);
+}
+
+TEST_CASE("a pair overlaps from 50 residuals on") {
+  const auto median_of = [](std::size_t residuals) {
+    const std::vector<Point> wall = corner(0);
+    ScansInMemory scans({wall, std::vector<Point>(3 * residuals, {7.01F, 0, 0})});
+    return measure_consistency(scans, std::vector<Pose>(2), std::vector<PairGroup>{{"pair", {{0, 1}}}})[0]
+        .median_m;
+  };
+  CHECK_FALSE(median_of(49));
+  REQUIRE(median_of(50));
+  CHECK(*median_of(50) == Approx(0.01).margin(1e-4));
+}
+
 TEST_CASE("neighbours are every tenth scan with its next and its fifth") {
   const auto groups = neighbour_pairs(469);
   REQUIRE(groups.size() == 2);
@@ -280,12 +341,9 @@ TEST_CASE("lists of pairs are read, and wrong ones refused with the entry") {
 }
 
 TEST_CASE("ORB-SLAM on KITTI 00 has the errors that are known of it") {
-  if (!std::filesystem::exists(shared_data("trajectories"))) {
-    WARN("no " << shared_data("trajectories") << ": skipped");
-    return;
-  }
-  const Trajectory truth = read_trajectory(shared_data("trajectories/KITTI_00_gt.txt"));
-  const Trajectory orb = read_trajectory(shared_data("trajectories/KITTI_00_ORB.txt"));
+  if (!test::has_test_data("trajectories")) return;
+  const Trajectory truth = read_trajectory(test::test_data("trajectories/KITTI_00_gt.txt"));
+  const Trajectory orb = read_trajectory(test::test_data("trajectories/KITTI_00_ORB.txt"));
   REQUIRE(associate(orb, truth, 0.02).pairs.size() == 4541);
   std::vector<Pose> aligned = orb.poses;
   const Pose fit = truth_from_map(orb.poses, truth.poses, Alignment::se3);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alces_offline/candump_lines.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 namespace alces::offline {
@@ -196,8 +197,8 @@ TEST_CASE("SDO requests and answers are paired; refusals and strays stand out") 
   const CanExplanation refused = bus.explain(frame("581#8040600022000008"));
   CHECK(refused.is_abnormal);
   CHECK(refused.text ==
-        "SDO of node 1: aborts 0x6040 controlword: 0x08000022, data cannot be transferred or stored in the "
-        "present device state");
+        "SDO of node 1: aborts 0x6040 controlword: 0x08000022, the data cannot be transferred or stored in "
+        "the present device state");
   CHECK(words(bus, "581#6040600000000000") ==
         "SDO of node 1: 0x6040 controlword written (no request was seen)");
   static_cast<void>(bus.explain(frame("601#4000100000000000")));
@@ -327,12 +328,9 @@ TEST_CASE("frames of every identifier, length and content are explained without 
 }
 
 TEST_CASE("every frame of the recorded bring-up of a TMCM-1636 is explained") {
-  const auto trace = shared_data("can/tmcm1636/candump.txt");
-  const auto dcf = shared_data("can/tmcm1636/TMCM-1636-CANopen.dcf");
-  if (!std::filesystem::exists(trace) || !std::filesystem::exists(dcf)) {
-    WARN("skipped: " << trace << " is not there");
-    return;
-  }
+  if (!test::has_test_data("can/tmcm1636/candump.txt")) return;
+  const auto trace = test::test_data("can/tmcm1636/candump.txt");
+  const auto dcf = test::test_data("can/tmcm1636/TMCM-1636-CANopen.dcf");
   CanExplainer bus(std::make_shared<const ObjectDictionaryFile>(ObjectDictionaryFile::read(dcf)));
   std::map<CanFrameMeaning, int> counts;
   std::map<std::size_t, std::string> texts;

@@ -7,6 +7,7 @@
 #include "alces_offline/graph/gauss_newton.h"
 #include "alces_offline/graph/graph_file.h"
 #include "support/sample_graph.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 using namespace alces;
@@ -69,13 +70,9 @@ TEST_CASE("elch on a graph: a drive through a town comes closer to the truth, an
 }
 
 TEST_CASE("elch on a graph: dense with loops, both rules stay bounded") {
-  const std::filesystem::path file = shared_data("pose_graphs") / "smallGrid3D.g2o";
-  if (!std::filesystem::exists(file)) {
-    WARN("skipped: " << file.string() << " is not there");
-    return;
-  }
+  if (!test::has_test_data("pose_graphs/smallGrid3D.g2o")) return;
   for (const SharingRule rule : rules) {
-    ConstraintGraph graph = read_graph(file).graph;
+    ConstraintGraph graph = read_graph(test::test_data("pose_graphs/smallGrid3D.g2o")).graph;
     const ElchResult result = close_loops_with_elch(graph, {.rule = rule});
     CHECK(result.loops == 173);
     CHECK(result.chi_squared < result.chi_squared_odometry / 5);

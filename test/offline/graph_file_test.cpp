@@ -7,6 +7,7 @@
 
 #include "alces_offline/graph/graph_parts.h"
 #include "alces_offline/graph/planar_pose.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 using namespace alces;
@@ -94,12 +95,9 @@ TEST_CASE("graph files: Euler angles are yaw after pitch after roll, and their i
 TEST_CASE("graph files: what is written reads back the same, in each format and dimension") {
   const char* const files[] = {"tinyGrid3D.g2o", "MIT.g2o", "CSAIL_P_toro.graph", "sphere_mednoise.graph"};
   for (const char* const name : files) {
-    const std::filesystem::path source = shared_data("pose_graphs") / name;
-    if (!std::filesystem::exists(source)) {
-      WARN("skipped: " << source.string() << " is not there");
-      continue;
-    }
-    const GraphFile first = read_graph(source);
+    const std::string data = std::string("pose_graphs/") + name;
+    if (!test::has_test_data(data)) return;
+    const GraphFile first = read_graph(test::test_data(data));
     for (const GraphFormat format : {GraphFormat::g2o, GraphFormat::toro}) {
       CAPTURE(name, static_cast<int>(format));
       const TemporaryFolder folder;

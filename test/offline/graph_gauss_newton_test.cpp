@@ -8,6 +8,7 @@
 #include "alces_offline/graph/graph_file.h"
 #include "alces_platform/sim/random.h"
 #include "support/sample_graph.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 using namespace alces;
@@ -268,13 +269,10 @@ TEST_CASE("gauss-newton: reaches the optimum that SE-Sync certifies") {
                                  {"intel.g2o", 52.3482},
                                  {"MIT.g2o", 61.1541},
                                  {"CSAIL_P_toro.graph", 31.7037}}) {
-    const std::filesystem::path file = shared_data("pose_graphs") / known.name;
-    if (!std::filesystem::exists(file)) {
-      WARN("skipped: " << file.string() << " is not there");
-      continue;
-    }
+    const std::string name = std::string("pose_graphs/") + known.name;
+    if (!test::has_test_data(name)) return;
     for (const GraphStart start : {GraphStart::best, GraphStart::spanning_tree}) {
-      ConstraintGraph graph = read_graph(file).graph;
+      ConstraintGraph graph = read_graph(test::test_data(name)).graph;
       weigh_as_se_sync(graph);
       CHECK(optimize_gauss_newton(graph, {.start = start}).chi_squared ==
             Approx(known.objective).epsilon(1e-5));
@@ -289,13 +287,10 @@ TEST_CASE("gauss-newton: planar data sets reach one optimum from chordal and tre
   };
   for (const Known& known :
        {Known{"intel.g2o", 45.0047}, {"MIT.g2o", 41.1633}, {"CSAIL_P_toro.graph", 38.9563}}) {
-    const std::filesystem::path file = shared_data("pose_graphs") / known.name;
-    if (!std::filesystem::exists(file)) {
-      WARN("skipped: " << file.string() << " is not there");
-      continue;
-    }
+    const std::string name = std::string("pose_graphs/") + known.name;
+    if (!test::has_test_data(name)) return;
     for (const GraphStart start : {GraphStart::best, GraphStart::spanning_tree}) {
-      ConstraintGraph graph = read_graph(file).graph;
+      ConstraintGraph graph = read_graph(test::test_data(name)).graph;
       CHECK(optimize_gauss_newton(graph, {.start = start}).chi_squared ==
             Approx(known.chi_squared).epsilon(1e-5));
     }

@@ -11,6 +11,7 @@
 #include "alces_offline/graph/gauss_newton.h"
 #include "alces_offline/graph/graph_file.h"
 #include "support/ring_graph.h"
+#include "support/test_data.h"
 
 using namespace alces;
 using namespace alces::offline;
@@ -225,11 +226,8 @@ TEST_CASE("HOG-Man reaches the optimum of published graphs") {
   };
   const auto [file, best] = GENERATE(Published{"intel.g2o", 45.0047}, Published{"MIT.g2o", 41.1633},
                                      Published{"input_M3500_g2o.g2o", 137.913});
-  const std::filesystem::path path = std::filesystem::path(ALCES_SHARED_DATA) / "pose_graphs" / file;
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: " << path << " is not there");
-    return;
-  }
-  ConstraintGraph graph = read_graph(path).graph;
+  const std::string name = std::string("pose_graphs/") + file;
+  if (!test::has_test_data(name)) return;
+  ConstraintGraph graph = read_graph(test::test_data(name)).graph;
   CHECK(optimize_hogman(graph).chi_squared == Approx(best).epsilon(1e-3));
 }

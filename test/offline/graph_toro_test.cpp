@@ -10,6 +10,7 @@
 #include "alces_offline/error.h"
 #include "alces_offline/graph/graph_file.h"
 #include "support/ring_graph.h"
+#include "support/test_data.h"
 
 using namespace alces;
 using namespace alces::offline;
@@ -201,12 +202,9 @@ TEST_CASE("TORO comes near the optimum of published graphs") {
   const auto [file, optimum, at_most] =
       GENERATE(Published{"intel.g2o", 45.0, 1.1}, Published{"MIT.g2o", 41.2, 1.6},
                Published{"input_M3500_g2o.g2o", 137.9, 1.4}, Published{"parking-garage.g2o", 1.24, 1.2});
-  const std::filesystem::path path = std::filesystem::path(ALCES_SHARED_DATA) / "pose_graphs" / file;
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: " << path << " is not there");
-    return;
-  }
-  ConstraintGraph graph = read_graph(path).graph;
+  const std::string name = std::string("pose_graphs/") + file;
+  if (!test::has_test_data(name)) return;
+  ConstraintGraph graph = read_graph(test::test_data(name)).graph;
   const ToroResult result = optimize_toro(graph);
   CAPTURE(file, result.chi_squared_before);
   CHECK(result.chi_squared < at_most * optimum);

@@ -1,6 +1,7 @@
 // alces map as a script sees it: files in, exit status, one sentence, and what is in the folder afterwards.
 #include <fcntl.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -35,10 +36,12 @@ struct Outcome {
 };
 
 /// alces in a process of its own, in `folder`, as a user who may not write everywhere even if the test is
-/// root.
+/// root. No file becomes larger than `largest_file_bytes`: a disk that gets full.
 class Program {
  public:
-  Program(const TemporaryFolder& folder, std::vector<std::string> arguments) : folder_(folder) {
+  Program(const TemporaryFolder& folder, std::vector<std::string> arguments,
+          rlim_t largest_file_bytes = RLIM_INFINITY)
+      : folder_(folder) {
     arguments.insert(arguments.begin(), "alces");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -54,6 +57,9 @@ class Program {
     ::dup2(err_file, STDERR_FILENO);
     ::prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0);
     ::prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH, 0, 0, 0);
+    const rlimit limit{largest_file_bytes, largest_file_bytes};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, SIG_IGN);  // write() is to say it
     if (::chdir(folder.path().c_str()) != 0) ::_exit(99);
     ::execv(ALCES_PROGRAM, argv.data());
     ::_exit(98);
@@ -201,6 +207,20 @@ TEST_CASE("map: a missing scan number is a warning, and numbers stay those of th
   CHECK(fs::exists(folder / "out/frames/scan004.frames"));
 }
 
+TEST_CASE("map: numbers too large for map.ply, as times are, give way to the order, and that is said once") {
+  const TemporaryFolder folder;
+  for (std::size_t i = 0; i < 3; ++i)
+    folder.write("scans/scan163057775856949000" + std::to_string(i) + ".pcd", room_pcd(i));
+  const Outcome outcome = map(folder);
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.err, Contains("warning: scan1630577758569490002.pcd: the numbers in the names go beyond "
+                                   "4294967295") &&
+                              Contains("numbered in their order, 0 to 2"));
+  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  CHECK(read_trajectory(folder / "out").stamps_s == std::vector<double>{0, 1, 2});
+  check_map(folder, 3);
+}
+
 TEST_CASE("map: an empty scan file is left out") {
   const TemporaryFolder folder;
   for (std::size_t i = 0; i < 4; ++i)
@@ -266,6 +286,16 @@ TEST_CASE("map: a pose file with five numbers") {
   check_sentence(map(folder), 3, "scan001.pose");
 }
 
+TEST_CASE("map: a scan that may not be read") {
+  const TemporaryFolder folder;
+  write_pcd_scans(folder, 4);
+  fs::permissions(folder / "scans/scan002.pcd", fs::perms::none);
+  const Outcome outcome = map(folder);
+  check_sentence(outcome, 3, "scans/scan002.pcd: cannot be read (Permission denied)");
+  CHECK_THAT(outcome.err, Contains("the 2 scans before are in out"));
+  check_map(folder, 2);
+}
+
 TEST_CASE("map: a folder that cannot be read") {
   const TemporaryFolder folder;
   write_pcd_scans(folder, 2);
@@ -312,17 +342,68 @@ TEST_CASE("map: the disk is full while the map is written") {
   CHECK(read_trajectory(folder / "out").size() == 3);  // what was written before is whole
 }
 
+TEST_CASE("map: a map that could not be written does not bear the report of the one before") {
+  const TemporaryFolder folder;
+  write_pcd_scans(folder, 3);
+  REQUIRE(map(folder).status == 0);
+  REQUIRE(fs::exists(folder / "out/run.json"));
+  fs::remove(folder / "out/map.ply");
+  fs::create_symlink("/dev/full", folder / "out/map.ply");
+  write_pcd_scans(folder, 4);
+  check_sentence(map(folder), 5, "map.ply");
+  CHECK(read_trajectory(folder / "out").size() == 4);
+  CHECK_FALSE(fs::exists(folder / "out/run.json"));
+  fs::remove(folder / "out/map.ply");
+  REQUIRE(map(folder).status == 0);
+  check_map(folder, 4);
+}
+
 TEST_CASE("map: the disk is full when the archive is begun") {
   const TemporaryFolder folder;
   write_pcd_scans(folder, 2);
   check_sentence(map(folder, {"--archive", "/dev/full"}), 5, "/dev/full");
 }
 
-TEST_CASE("map: too little memory states the least that will do") {
+TEST_CASE("map: a disk that gets full with half of the scans in the archive") {
   const TemporaryFolder folder;
-  write_pcd_scans(folder, 2);
-  const Outcome outcome = map(folder, {"--memory", "64KiB"});
-  check_sentence(outcome, 4, "--memory");
+  write_pcd_scans(folder, 9);
+  folder.write("small.toml",
+               "[voxel]\ncell_capacity = 4096\n[memory]\nloop_capacity = 16\npool_bytes = 20000\n");
+  fs::create_directory(folder / "out");
+  fs::create_symlink("/dev/null", folder / "out/map.ply");  // the one file larger than the archive
+  const Outcome outcome =
+      Program(folder,
+              {"map", "scans", "--out", "out", "--archive", "scans.archive", "--config", "small.toml"},
+              140'000)
+          .wait();
+  check_sentence(outcome, 5, "scans.archive: scan ");
+  CHECK_THAT(outcome.err, Contains("cannot be archived (File too large)") && Contains("are in out"));
+  const nlohmann::json run = nlohmann::json::parse(content_of(folder / "out/run.json"));
+  const std::size_t scans = run["scans"];
+  CHECK(scans > 2);
+  CHECK(scans < 9);
+  CHECK(run["complete"] == false);
+  CHECK_THAT(run["stopped_by"].get<std::string>(), Contains("scans.archive"));
+  CHECK(run["counters"]["archive_failures"] == 1);
+  CHECK(run["counters"]["scans_archived"] >= 1);
+  CHECK(read_trajectory(folder / "out").size() == scans);
+  CHECK(read_trajectory(folder / "out/frames").size() == scans);
+}
+
+TEST_CASE("map: too little memory states the least that will do, and it does") {
+  const TemporaryFolder folder;
+  for (const std::size_t scans : {1U, 2U}) {
+    write_pcd_scans(folder, scans);
+    const Outcome outcome = map(folder, {"--memory", "64KiB"});
+    check_sentence(outcome, 4,
+                   "64.0 KiB of memory are not enough for " +
+                       std::string(scans == 1 ? "one scan of up to" : "2 scans of up to"));
+    const std::size_t begin = outcome.err.find("--memory '");
+    REQUIRE(begin != std::string::npos);
+    const std::string least = outcome.err.substr(begin + 10, outcome.err.find('\'', begin + 10) - begin - 10);
+    CHECK_THAT(least, Catch::EndsWith(" KiB"));
+    CHECK(map(folder, {"--memory", least, "--archive", "scans.archive"}).status == 0);
+  }
 }
 
 TEST_CASE("map: the scans of a full pool and a wrong setting") {

@@ -63,9 +63,9 @@ TEST_CASE("too little memory: the least that is needed is stated, and is enough"
     sentence = error.what();
     CHECK(error.exit_status() == 4);
   }
-  const std::size_t at = sentence.find("--memory ");
+  const std::size_t at = sentence.find("--memory '");
   REQUIRE(at != std::string::npos);
-  const std::size_t kib = std::stoul(sentence.substr(at + 9));
+  const std::size_t kib = std::stoul(sentence.substr(at + 10));
   CHECK_NOTHROW(plan_memory(config, kib * 1024));
   config.pool_bytes = 0;
   CHECK_THROWS_AS(plan_memory(config, (kib - 1) * 1024), CapacityError);

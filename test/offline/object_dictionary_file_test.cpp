@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 namespace alces::offline {
@@ -121,12 +122,8 @@ TEST_CASE("the files of real drives are read without a warning") {
         Expectation{"can/eds/epos4_50_15_can_node1.dcf", "EPOS4", 1, 300},
         Expectation{"can/eds/ros2_canopen_cia402_slave.eds", "", std::nullopt, 100}}) {
     CAPTURE(expected.name);
-    const auto path = shared_data(expected.name);
-    if (!std::filesystem::exists(path)) {
-      WARN("skipped: " << path << " is not there");
-      continue;
-    }
-    const auto file = ObjectDictionaryFile::read(path);
+    if (!test::has_test_data(expected.name)) return;
+    const auto file = ObjectDictionaryFile::read(test::test_data(expected.name));
     for (const std::string& warning : file.warnings()) CHECK(warning.empty());
     CHECK_THAT(file.product(), Catch::Contains(expected.product));
     CHECK(file.node() == expected.node);

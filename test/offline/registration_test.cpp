@@ -9,6 +9,7 @@
 #include "alces_offline/scan_source.h"
 #include "alces_offline/trajectory.h"
 #include "alces_platform/sim/random.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 using namespace alces;
@@ -29,11 +30,8 @@ std::vector<Point> read_points(const std::filesystem::path& file) {
 }  // namespace
 
 TEST_CASE("a real pair is registered from identity and from at least 95 % of 200 bad starts") {
-  const std::filesystem::path folder = offline::shared_data("icp_pairs/small_gicp");
-  if (!std::filesystem::exists(folder / "source.ply")) {
-    WARN("skipped: " << folder << " is not there");
-    return;
-  }
+  if (!test::has_test_data("icp_pairs/small_gicp/source.ply")) return;
+  const std::filesystem::path folder = test::test_data("icp_pairs/small_gicp");
   const Pose truth = offline::read_trajectory(folder / "T_target_source.txt").poses.at(0);
   test::Registration registration(read_points(folder / "target.ply"), read_points(folder / "source.ply"));
 

@@ -11,6 +11,8 @@
 
 #include "alces_offline/lzf.h"
 #include "alces_offline/text_numbers.h"
+#include "alces_offline/trajectory.h"
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 using namespace alces;
@@ -162,10 +164,20 @@ TEST_CASE("the last matrix of a .frames file is the pose where there is no .pose
 
 TEST_CASE("a count, words or a comment in the first line of a 3DTK scan are a header") {
   const TemporaryFolder folder;
-  for (const char* header : {"1", "# x y z", "361 rows 480 columns", "x y z", "points 1"}) {
+  for (const char* header : {"1", "# x y z", "# 1 2 3", "361 x 480", "361 rows 480 columns", "1 points",
+                             "x y z", "points 1", "scan 7 of a cellar"}) {
     INFO(header);
     check_points(read_all(folder.write("scan000.3d", std::string(header) + "\n100 200 300\n")),
                  {{{3, -1, 2}}});
+  }
+}
+
+TEST_CASE("a first 3DTK line with two numbers and a word is no header but a bad point") {
+  const TemporaryFolder folder;
+  for (const char* line : {"two 200 300", "100 two 300", "100 200 three", "x 200 300 0.5", "100 x 300 0.5"}) {
+    INFO(line);
+    const auto file = folder.write("scan000.3d", std::string(line) + "\n100 200 300\n");
+    CHECK_THROWS_WITH(read_all(file), Contains("scan000.3d:1: number"));
   }
 }
 
@@ -224,6 +236,43 @@ TEST_CASE("a missing number in a 3DTK sequence is skipped and reported") {
   REQUIRE(warnings.size() == 2);
   CHECK_THAT(warnings[0], Contains("1 scan is missing between scan10.3d and scan12.3d"));
   CHECK_THAT(warnings[1], Contains("2 scans are missing between scan12.3d and scan15.3d"));
+}
+
+TEST_CASE("a missing number is reported of any format, where the numbers count the scans") {
+  const TemporaryFolder folder;
+  const auto warnings_of = [&](const std::string& name, const std::vector<std::string>& numbers) {
+    for (const std::string& number : numbers)
+      folder.write(name + "/a" + number + ".pcd", pcd_xyz(0, "ascii"));
+    return open_scans(folder / name)->warnings();
+  };
+  const std::vector<std::string> gap = warnings_of("counted", {"007", "008", "010", "011"});
+  REQUIRE(gap.size() == 1);
+  CHECK_THAT(gap[0], Contains("1 scan is missing between a008.pcd and a010.pcd"));
+  CHECK(warnings_of("two of three", {"0", "1", "3"}).size() == 1);
+  CHECK(warnings_of("whole", {"1", "2", "3"}).empty());
+  CHECK(warnings_of("every tenth", {"0", "10", "20", "40"}).empty());
+  CHECK(warnings_of("times in ms", {"1630577758", "1630577861", "1630577958", "1630578061"}).empty());
+  CHECK(warnings_of("one", {"7"}).empty());
+}
+
+TEST_CASE("numbers beyond 32 bits, which map.ply does not hold, give way to the order with a warning") {
+  const TemporaryFolder folder;
+  const auto check = [&](const std::vector<std::string>& numbers, bool as_named) {
+    const TemporaryFolder scans;
+    for (const std::string& number : numbers) scans.write("a" + number + ".pcd", pcd_xyz(0, "ascii"));
+    const auto source = open_scans(scans.path());
+    CAPTURE(numbers);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      CHECK(source->number(i) == (as_named ? std::stoull(numbers[i]) : i));
+    CHECK(source->warnings().size() == (as_named ? 0 : 1));
+  };
+  check({"4294967294", "4294967295"}, true);
+  check({"4294967295", "4294967296"}, false);
+  check({"1630577758569490000", "1630577758569490001", "1630577758569490002"}, false);
+  check({"16305777585694900000000", "16305777585694900000001"}, false);  // more than 64 bits
+  for (const char* number : {"1630577758569490000", "1630577758569490001"})
+    folder.write("poses/scan" + std::string(number) + ".pose", "0 0 0 0 0 0");
+  CHECK(read_trajectory(folder / "poses").stamps_s == std::vector<double>{0, 1});
 }
 
 TEST_CASE("a scan without .pose among others that have one is reported") {
@@ -410,6 +459,18 @@ TEST_CASE("a cut off binary PLY says how many points are there and promised, fou
     CHECK_THROWS_AS(read_all(folder.write("a.ply", header("binary_little_endian", count) + "x")), InputError);
     CHECK_THROWS_WITH(read_all(folder.write("a.ply", header("ascii", count) + "1 2 3\n")),
                       Contains("holds 1 points"));
+  }
+}
+
+TEST_CASE("PLY: text among the numbers of an ascii file is an error that names the line") {
+  const TemporaryFolder folder;
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nend_header\n";
+  for (const char* bad : {"4 five 6 0\n", "4 5 6 red\n", "four 5 6 0\n"}) {
+    INFO(bad);
+    const auto file = folder.write("a.ply", header + "1 2 3 0\n" + bad + "7 8 9 0\n");
+    CHECK_THROWS_WITH(read_all(file), Contains("a.ply:10: \"") && !Contains("\n"));
   }
 }
 
@@ -609,12 +670,9 @@ TEST_CASE("prefetching gives the same scans in any order, and throws an error wh
 }
 
 TEST_CASE("real scans: 3DTK, small_gicp's PLY and libpointmatcher's CSV") {
-  if (!std::filesystem::exists(shared_data("icp_pairs"))) {
-    WARN("shared data not found, real scans not read");
-    return;
-  }
+  if (!test::has_test_data("icp_pairs")) return;
   std::vector<Point> points;
-  const auto uos = open_scans(shared_data("icp_pairs/3dtk_dat"));
+  const auto uos = open_scans(test::test_data("icp_pairs/3dtk_dat"));
   REQUIRE(uos->size() == 3);
   CHECK(uos->odometry(2)->translation_m.x() == Approx(3.37973));
   uos->read(0, points);
@@ -622,14 +680,14 @@ TEST_CASE("real scans: 3DTK, small_gicp's PLY and libpointmatcher's CSV") {
   CHECK(points[1].y == -0.100996F);
   CHECK(std::all_of(points.begin(), points.end(), is_finite));
 
-  CHECK(read_all(shared_data("icp_pairs/small_gicp/source.ply")).size() == 69792);
-  points = read_all(shared_data("icp_pairs/small_gicp/target.ply"));
+  CHECK(read_all(test::test_data("icp_pairs/small_gicp/source.ply")).size() == 69792);
+  points = read_all(test::test_data("icp_pairs/small_gicp/target.ply"));
   CHECK(points.size() == 69088);
   CHECK(std::all_of(points.begin(), points.end(), [](const Point& p) { return std::abs(p.x) < 1000; }));
 
-  points = read_all(shared_data("icp_pairs/libpointmatcher/car_cloud400.csv"));
+  points = read_all(test::test_data("icp_pairs/libpointmatcher/car_cloud400.csv"));
   CHECK(points.size() > 10000);
   CHECK(points[0].x == -3.5376F);
-  points = read_all(shared_data("icp_pairs/libpointmatcher/car_cloud401.csv"));
+  points = read_all(test::test_data("icp_pairs/libpointmatcher/car_cloud401.csv"));
   CHECK(points[0].z == -1.0169336F);
 }

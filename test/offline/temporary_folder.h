@@ -49,10 +49,6 @@ inline std::string content_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-inline std::filesystem::path shared_data(std::string_view name) {
-  return std::filesystem::path(ALCES_SHARED_DATA) / name;
-}
-
 inline bool same_pose(const Pose& a, const Pose& b, double tolerance) {
   return (a.translation_m - b.translation_m).norm() < tolerance &&
          angle_between_rad(a.rotation, b.rotation) < tolerance;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "support/test_data.h"
 #include "temporary_folder.h"
 
 using namespace alces;
@@ -161,19 +162,16 @@ TEST_CASE("empty files, empty folders and missing paths are errors") {
 }
 
 TEST_CASE("real trajectories: KITTI 00 and fr2_desk") {
-  if (!std::filesystem::exists(shared_data("trajectories"))) {
-    WARN("shared data not found, real trajectories not read");
-    return;
-  }
-  const Trajectory kitti = read_trajectory(shared_data("trajectories/KITTI_00_gt.txt"));
+  if (!test::has_test_data("trajectories")) return;
+  const Trajectory kitti = read_trajectory(test::test_data("trajectories/KITTI_00_gt.txt"));
   REQUIRE(kitti.size() == 4541);
   double length_m = 0;
   for (std::size_t i = 1; i < kitti.size(); ++i) {
     length_m += (kitti.poses[i].translation_m - kitti.poses[i - 1].translation_m).norm();
   }
   CHECK(length_m == Approx(3724.2).margin(0.5));
-  CHECK(read_trajectory(shared_data("trajectories/KITTI_00_SPTAM.txt")).size() == 4541);
-  const Trajectory desk = read_trajectory(shared_data("trajectories/fr2_desk_groundtruth.txt"));
+  CHECK(read_trajectory(test::test_data("trajectories/KITTI_00_SPTAM.txt")).size() == 4541);
+  const Trajectory desk = read_trajectory(test::test_data("trajectories/fr2_desk_groundtruth.txt"));
   CHECK(desk.size() > 20900);
   CHECK(desk.has_time);
   CHECK(desk.stamps_s[0] == 1311868163.8697);

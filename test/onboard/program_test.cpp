@@ -109,7 +109,9 @@ TEST_CASE("memory that is too small is a configuration error that says how much 
   const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle));
   const Outcome outcome = alcesd("--dry-run --config " + file.string());
   CHECK(outcome.status == 3);
-  CHECK_THAT(outcome.output, Contains("give at least") && Contains("vehicle.toml"));
+  CHECK_THAT(outcome.output,
+             Contains("vehicle.toml: 1.0 MiB of memory are not enough for one scan of up to") &&
+                 Contains("give at least ") && Contains(" KiB\n"));
 }
 
 TEST_CASE("wrong usage and wrong configurations have their exit statuses and name file and line") {

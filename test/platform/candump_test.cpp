@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "support/test_data.h"
 #include "trace_bench.h"
 
 namespace alces::replay {
@@ -240,12 +241,8 @@ TEST_CASE(
 }
 
 TEST_CASE("the real trace of a TMCM-1636 reads as its 115 frames, the last of them without a line end") {
-  const std::filesystem::path file = std::filesystem::path(ALCES_SHARED_DATA) / "can/tmcm1636/candump.txt";
-  if (!std::filesystem::exists(file)) {
-    WARN("skipped: " << file << " is not there");
-    return;
-  }
-  CandumpReader reader(file);
+  if (!test::has_test_data("can/tmcm1636/candump.txt")) return;
+  CandumpReader reader(test::test_data("can/tmcm1636/candump.txt"));
   const auto events = all_events(reader);
   CHECK(reader.problems().count == 0);
   REQUIRE(events.size() == 115);

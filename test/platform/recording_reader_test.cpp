@@ -305,6 +305,44 @@ TEST_CASE("counts inside a message that its bytes cannot hold are refused withou
   CHECK(read.counters.messages_malformed == 1);
 }
 
+TEST_CASE("transforms of other programs, or of other frames, are foreign and no damage") {
+  HandMade file;
+  file.record(3, [](ByteWriter& out) {
+    out.u16(1);
+    out.string("tf2_msgs/msg/TFMessage");
+    out.string("ros2msg");
+    out.string("");
+  });
+  file.record(4, [](ByteWriter& out) {
+    out.u16(5);
+    out.u16(1);
+    out.string("/tf");
+    out.string("cdr");
+    out.u32(0);
+  });
+  const auto message = [&](std::uint32_t count, const char* frame, const char* child) {
+    Bytes data(400);
+    CdrWriter cdr(data);
+    cdr.number(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      cdr.header(7, frame);
+      cdr.string(child);
+      cdr.pose({});
+    }
+    data.resize(cdr.size());
+    file.message(5, 7, data);
+  };
+  message(1, "map", "body");
+  message(1, "odom", "body");
+  message(1, "map", "base_link");
+  message(2, "map", "body");
+  message(0, "", "");
+  const ReadBack read = read_back(file.bytes());
+  CHECK(read.counters.results == 1);
+  CHECK(read.counters.foreign == 4);
+  CHECK(read.counters.messages_malformed == 0);
+}
+
 TEST_CASE("a summary counts messages by topic and says whether the file is whole") {
   const Bytes whole = sample_recording(event_count);
   MemorySource source(whole);

@@ -123,6 +123,9 @@ TEST_CASE("the results of the mapping come back as well") {
     } else if (const auto* pose = std::get_if<PoseRecord>(&message.content)) {
       CHECK(pose->map_from_body.matrix() == sample::pose_at(number).matrix());
       CHECK(pose->stamp_ns == stamp_ns);
+    } else if (const auto* transform = std::get_if<TransformRecord>(&message.content)) {
+      CHECK(transform->map_from_body.matrix() == sample::pose_at(number).matrix());
+      CHECK(transform->stamp_ns == stamp_ns);
     } else if (const auto* path = std::get_if<PathRecord>(&message.content)) {
       REQUIRE(path->map_from_body.size() == 4);
       CHECK(path->stamps_ns[3] == sample::begin_ns + 3);
@@ -151,7 +154,7 @@ TEST_CASE("the results of the mapping come back as well") {
       }
     }
   }
-  CHECK(kinds == std::vector<std::size_t>{60, 3, 3, 3, 1, 1, 3, 2, 0});
+  CHECK(kinds == std::vector<std::size_t>{60, 3, 3, 3, 1, 1, 3, 2, 3, 0});
   CHECK(reader.is_whole());
 }
 
@@ -182,7 +185,51 @@ TEST_CASE("messages take the bytes that the header states") {
   RecordedMessage message;
   std::vector<std::uint64_t> sizes;
   while (reader.next(message)) sizes.push_back(message.bytes);
-  CHECK(sizes == std::vector<std::uint64_t>{12, 20, 36, 20 + 100, 36 + 64, 76, 113 + 120, 28 + 720});
+  CHECK(sizes == std::vector<std::uint64_t>{12, 20, 36, 20 + 100, 36 + 64, 76, 92, 113 + 120, 28 + 720});
+}
+
+TEST_CASE("a pose is also a transform that places the body in the map, as ROS 2 encodes it") {
+  RecordingBench bench;
+  bench.writer->write_pose({3 * ns_per_s + 7, sample::pose_at(5)});
+  REQUIRE(bench.writer->finish());
+  MemorySource source(bench.sink.bytes);
+  mcap::Reader reader(source);
+  REQUIRE(reader.open());
+  mcap::ReadMessage message;
+  while (reader.next(message) && reader.channels().at(message.channel).topic != "/tf") {
+  }
+  const mcap::ReadChannel& channel = reader.channels().at(message.channel);
+  REQUIRE(channel.topic == "/tf");
+  CHECK(channel.schema == "tf2_msgs/msg/TFMessage");
+  CHECK(channel.message_encoding == "cdr");
+  CdrReader cdr(message.data);
+  CHECK(cdr.number<std::uint32_t>() == 1);  // transforms
+  CHECK(cdr.time() == 3 * ns_per_s + 7);
+  CHECK(cdr.string() == "map");
+  CHECK(cdr.string() == "body");
+  const Pose pose = cdr.pose();
+  CHECK(pose.translation_m == sample::pose_at(5).translation_m);
+  CHECK(pose.rotation.coeffs() == sample::pose_at(5).rotation.coeffs());
+  CHECK_FALSE(cdr.failed());
+}
+
+TEST_CASE("without events, results are handed on when the caller says") {
+  RecordingBench bench;
+  for (const std::int64_t now_ns : {4 * ns_per_s, 3 * ns_per_s, 5 * ns_per_s, INT64_MAX}) {
+    bench.writer->advance_to(now_ns);
+    bench.writer->write_pose({1, {}});
+  }
+  CHECK(bench.writer->file_counters().chunks_written == 2);  // by time
+  REQUIRE(bench.writer->finish());
+  MemorySource source(bench.sink.bytes);
+  RecordingReader reader(source);
+  REQUIRE(reader.open());
+  RecordedMessage message;
+  std::vector<std::int64_t> handed_on_ns;
+  while (reader.next(message)) {
+    if (std::holds_alternative<PoseRecord>(message.content)) handed_on_ns.push_back(message.handed_on_ns);
+  }
+  CHECK(handed_on_ns == std::vector<std::int64_t>{4 * ns_per_s, 4 * ns_per_s, 5 * ns_per_s, INT64_MAX});
 }
 
 TEST_CASE("an empty recording is a whole file") {

@@ -13,6 +13,7 @@
 
 #include "alces_drivers/canopen/emcy.h"
 #include "alces_drivers/canopen/sdo_abort.h"
+#include "support/test_data.h"
 
 using alces::CanFrame;
 using namespace alces::sim;
@@ -735,12 +736,8 @@ TEST_CASE("polling often or seldom gives the same frames") {
 // --- against the real node ---
 
 TEST_CASE("the recorded requests to a real TMCM-1636 get the answers that it gave") {
-  const std::filesystem::path path = ALCES_SHARED_DATA "/can/tmcm1636/candump.txt";
-  std::ifstream file(path);
-  if (!file) {
-    WARN("skipped: " << path << " is not there");
-    return;
-  }
+  if (!alces::test::has_test_data("can/tmcm1636/candump.txt")) return;
+  std::ifstream file(alces::test::test_data("can/tmcm1636/candump.txt"));
   std::vector<CanFrame> trace;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line);
@@ -804,11 +801,8 @@ TEST_CASE("the simulated dictionaries are those of the EDS files") {
                         {"can/eds/MaxonEPOS4_cern.eds", epos4_objects(1), 100}};
   for (const File& item : files) {
     CAPTURE(item.name);
-    std::ifstream file(std::filesystem::path(ALCES_SHARED_DATA) / item.name);
-    if (!file) {
-      WARN("skipped: " << item.name << " is not there");
-      continue;
-    }
+    if (!alces::test::has_test_data(item.name)) return;
+    std::ifstream file(alces::test::test_data(item.name));
     std::map<std::string, std::map<std::string, std::string>> sections;
     std::string section;
     for (std::string line; std::getline(file, line);) {

@@ -126,6 +126,12 @@ function checkResult(number, topic, value) {
     assert.equal(value.header.frame_id, "map");
     assert.equal(value.pose.position.y, -0.25 * number);
     assert.ok(Math.abs(value.pose.orientation.w - Math.cos(0.005 * number)) < 1e-12);
+  } else if (topic === "/tf") {
+    assert.equal(value.transforms.length, 1);
+    const [{ header, child_frame_id: child, transform }] = value.transforms;
+    assert.deepEqual([nsOf(header.stamp), header.frame_id, child], [stamp, "map", "body"]);
+    assert.deepEqual({ ...transform.translation }, { x: 0.5 * number, y: -0.25 * number, z: 0.125 });
+    assert.ok(Math.abs(transform.rotation.z - Math.sin(0.005 * number)) < 1e-12);
   } else if (topic === "/alces/path") {
     assert.deepEqual(value.poses.map((p) => p.pose.position.x), [0, 0.5, 1, 1.5]);
     assert.equal(nsOf(value.poses[3].header.stamp), BigInt(made.begin_ns) + 3n);
@@ -145,8 +151,8 @@ function checkResult(number, topic, value) {
   }
 }
 
-const resultTopics = new Set(["/alces/scan_info", "/alces/cloud", "/alces/pose", "/alces/path", "/alces/loops",
-                              "/alces/graph_edges", "/diagnostics"]);
+const resultTopics = new Set(["/alces/scan_info", "/alces/cloud", "/alces/pose", "/tf", "/alces/path",
+                              "/alces/loops", "/alces/graph_edges", "/diagnostics"]);
 
 /// Compares one message after the other with what was recorded, in that order.
 function follower() {

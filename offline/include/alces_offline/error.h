@@ -40,7 +40,7 @@ class CapacityError : public Error {
   explicit CapacityError(const std::string& sentence) : Error(sentence, 4) {}
 };
 
-/// A file that cannot be written: disk full, no permission, a folder where a file should be.
+/// A device failed or a file cannot be written: disk full, no permission, a folder where a file should be.
 class OutputError : public Error {
  public:
   explicit OutputError(const std::string& sentence) : Error(sentence, 5) {}

@@ -20,7 +20,12 @@ void read_file(const std::filesystem::path& file, std::string& bytes);
 /// scan9 before scan10: runs of digits compare as numbers.
 [[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
 
-/// The last run of digits in a file's name without extension: 7 of scan007.3d.
+/// The last run of digits in a file's name without extension: 7 of scan007.3d; of more than 64 bits the
+/// largest that there is.
 [[nodiscard]] std::optional<std::uint64_t> number_in_name(const std::filesystem::path& file);
+
+/// What a scan may be numbered at most: map.ply has 32 bits for it. A trajectory, whose numbers go through a
+/// double, is exact far beyond.
+inline constexpr std::uint64_t largest_scan_number = UINT32_MAX;
 
 }  // namespace alces::offline

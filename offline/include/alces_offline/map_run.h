@@ -78,6 +78,10 @@ class MapRun {
     return mapped_;
   }  ///< in the order of the map
   [[nodiscard]] const std::vector<RefusedScan>& refused() const { return refused_; }
+  /// Scans that the archive would not take or not give back; the first ends the run.
+  [[nodiscard]] std::uint32_t archive_failures() const {
+    return archive_write_failures_ + mapper_->counters().archive_failures;
+  }
   [[nodiscard]] std::size_t thinned_scans() const { return thinned_scans_; }  ///< the voxel table was full
   [[nodiscard]] double read_wait_s() const { return read_wait_s_; }  ///< the mapper waited for the reader
   [[nodiscard]] double mapping_s() const { return mapping_s_; }      ///< in the mapper
@@ -119,6 +123,7 @@ class MapRun {
   std::vector<Pose> first_from_last_before_;
   std::uint32_t edges_seen_ = 0;
   std::uint32_t loops_closed_seen_ = 0;
+  std::uint32_t archive_write_failures_ = 0;
   std::size_t thinned_scans_ = 0;
   double read_wait_s_ = 0;
   double mapping_s_ = 0;

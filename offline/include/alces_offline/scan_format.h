@@ -16,8 +16,8 @@ struct ScanBytes {
   std::vector<std::string>& warnings;
 };
 
-/// x y z in cm of 3DTK's frame a line, further columns ignored. A first line that is a count, words or a #
-/// comment is a header. 8 million points a second or more.
+/// x y z in cm of 3DTK's frame a line, further columns ignored. A first line that is a # comment, a count,
+/// "361 x 480" or words with one number at most is a header. 8 million points a second or more.
 void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points);
 
 /// ascii, binary, binary_compressed; fields x y z of any type at any place.

@@ -44,7 +44,8 @@ class ScanSource {
 
   /// What people call it: the file's name without folder.
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
-  /// The number in the file's name (NNN of scanNNN.3d); its place in the order where the name has none.
+  /// The number in the file's name (NNN of scanNNN.3d), 32 bits at most; its place in the order where names
+  /// have none, or larger ones.
   [[nodiscard]] virtual std::size_t number(std::size_t index) const = 0;
   /// map_from_body as the data has it.
   [[nodiscard]] virtual std::optional<Pose> odometry(std::size_t index) const = 0;

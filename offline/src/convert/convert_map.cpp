@@ -120,8 +120,8 @@ class CloudTaker final : public ScanTaker {
   std::vector<Point> points_;
 };
 
-/// /alces/cloud in the body's frame and /alces/pose of every scan, with the edges and loops that end at it;
-/// /alces/path at the end.
+/// /alces/pose, /tf and /alces/cloud in the body's frame of every scan, with the edges and loops that end at
+/// it; /alces/path at the end.
 class RecordingTaker final : public ScanTaker {
  public:
   RecordingTaker(const fs::path& out, RecordedGraph graph)
@@ -138,8 +138,9 @@ class RecordingTaker final : public ScanTaker {
     }
     not_finite_ += points_in_body.size() - finite_.size();
     const std::int64_t stamp_ns = std::max<std::int64_t>(0, std::llround(scan.stamp_s * 1e9));
+    file_.writer().advance_to(stamp_ns);
+    file_.writer().write_pose({stamp_ns, map_from_body});  // first: where the cloud is to be shown
     if (!file_.writer().write_cloud({stamp_ns, finite_})) ++too_large_;
-    file_.writer().write_pose({stamp_ns, map_from_body});
     write_graph_up_to(scan.row, stamp_ns);
     points_ += finite_.size();
     stamps_ns_.push_back(stamp_ns);

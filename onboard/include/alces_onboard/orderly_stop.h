@@ -2,8 +2,7 @@
 // that it does end.
 //
 //   asked once    the scanner stops its devices (at most scanner_limit_ns), then the mapper works off the
-//   scans
-//                 that wait and closes a last loop (at most mapping_limit_ns; then they are left)
+//                 scans that wait and closes a last loop (at most mapping_limit_ns; then they are left)
 //   asked again   the scanner has hurried_limit_ns more; scans that wait are left
 //   a third time  the devices are left as they are
 //

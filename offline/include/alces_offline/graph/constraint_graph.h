@@ -2,9 +2,8 @@
 //
 // One struct for 3D and for planar graphs: a planar graph has z = roll = pitch = 0 everywhere, and its
 // optimisers keep it so. Errors and chi-squared are g2o's, so that figures compare with published ones:
-//   3D:     e = (t, q_v) of measured^-1 * from_from_to, q_v the vector part of the unit quaternion with q_w
-//   >= 0
-//           (EDGE_SE3:QUAT); rows of `information` are x, y, z, qx, qy, qz.
+//   3D:     e = (t, q_v) of measured^-1 * from_from_to, q_v the vector part of the unit quaternion with
+//           q_w >= 0 (EDGE_SE3:QUAT); rows of `information` are x, y, z, qx, qy, qz.
 //   planar: e = (x, y, theta) of the same (EDGE_SE2); `planar_information` has rows x, y, theta.
 // chi-squared = sum of e^T information e.
 #pragma once

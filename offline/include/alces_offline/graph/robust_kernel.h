@@ -3,10 +3,10 @@
 //   none     s
 //   huber    s up to k^2, then 2 k sqrt(s) - k^2: linear, still convex
 //   cauchy   k^2 log(1 + s / k^2): far outliers weigh little
-//   dcs      dynamic covariance scaling (Agarwal, Tipaldi, Spinello, Stachniss, Burgard, ICRA 2013), Phi =
-//   k^2:
-//            the weight is min(1, 2 Phi / (Phi + s))^2; the cost is its integral, at most 3 Phi. What the
-//            switchable constraints of Suenderhauf and Protzel (IROS 2012) find, without their variables.
+//   dcs      dynamic covariance scaling (Agarwal, Tipaldi, Spinello, Stachniss, Burgard, ICRA 2013),
+//            Phi = k^2: the weight is min(1, 2 Phi / (Phi + s))^2; the cost is its integral, at most
+//            3 Phi. What the switchable constraints of Suenderhauf and Protzel (IROS 2012) find, without
+//            their variables.
 #pragma once
 
 #include <algorithm>

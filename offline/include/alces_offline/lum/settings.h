@@ -54,7 +54,7 @@ struct LumSettings {
                ///< scan a long drive creeps on when nothing changes between neighbours any more
 
   // What it may take.
-  std::uint32_t loaded_scans = 1024;  ///< in memory at once, some 0.4 MB each
+  std::uint32_t loaded_scans = 1024;  ///< in memory at once, some 0.2 MB each
   std::uint32_t threads = 0;          ///< 0: one a core
   bool covariances = false;
 };

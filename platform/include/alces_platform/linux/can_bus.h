@@ -2,10 +2,9 @@
 // flags. Turns them into events and notices; a state machine without a socket, so that it can be tested and
 // replayed.
 //
-//   down           the interface is absent, or not up: `ip link set can0 up type can bitrate 500000`
+//   down           the interface is absent, or not up: `ip link set can0 up type can bitrate 1000000`
 //   bus_off        the controller has left the bus after too many errors. It comes back by itself if the
-//   interface has a
-//                  restart-ms, otherwise by `ip link set can0 type can restart`
+//                  interface has a restart-ms, otherwise by `ip link set can0 type can restart`
 //   error_passive, error_warning, error_active   it takes part
 //
 // A can_link event is delivered when the bus goes from the first two states to the others (is_up) or back.

@@ -11,6 +11,7 @@
 // | /alces/scan_info | alces_msgs/msg/ScanInfo |
 // | /alces/cloud | sensor_msgs/msg/PointCloud2 |
 // | /alces/pose, /alces/path | geometry_msgs/msg/PoseStamped, nav_msgs/msg/Path |
+// | /tf | tf2_msgs/msg/TFMessage: every pose once more, for programs that place clouds by transforms |
 // | /alces/loops, /alces/graph_edges | alces_msgs/msg/Loop, GraphEdge |
 // | /diagnostics | diagnostic_msgs/msg/DiagnosticArray |
 // | /alces/stop | alces_msgs/msg/Stop |
@@ -48,6 +49,7 @@ enum class Topic : std::uint8_t {
   graph_edges,
   diagnostics,
   stop,
+  transforms,
   can_rx,  ///< bus b: four more each
   can_tx,
   can_rx_fd,

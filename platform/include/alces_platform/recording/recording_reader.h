@@ -25,7 +25,7 @@ struct RecordedMessage {
   std::uint64_t bytes = 0;        ///< as it was encoded
   std::int64_t handed_on_ns = 0;  ///< when it was handed on: never decreases
   std::variant<Event, ScanRecord, CloudRecord, PoseRecord, PathRecord, LoopRecord, GraphEdgeRecord,
-               DiagnosticRecord, ForeignRecord>
+               DiagnosticRecord, TransformRecord, ForeignRecord>
       content;
 };
 

@@ -7,9 +7,9 @@
 // room. Both are said once, through the NoticePort.
 //
 // Bytes in the file: 47 a message and its index entry, and the message itself: tick 12, edge 20, CAN frame
-// 36, FD frame 36 and its data, bytes 20 and the data, pose 76, cloud 113 and 12 a point, path 28 and 72 a
-// pose. The head and the summary have about 10 KiB each. Memory: mcap_writer.h; with the defaults 2.7 MB.
-// Time: O(bytes); when a chunk is written, the sink's.
+// 36, FD frame 36 and its data, bytes 20 and the data, pose 76 and its transform 92, cloud 113 and 12 a
+// point, path 28 and 72 a pose. The head and the summary have about 12 KiB each. Memory: mcap_writer.h; with
+// the defaults 2.7 MB. Time: O(bytes); when a chunk is written, the sink's.
 //
 // One thread at a time. The order of calls is the order in the file.
 #pragma once
@@ -59,9 +59,15 @@ class RecordingWriter final : public EventSink {
   /// have are counted, not written.
   void on_event(const Event& event) override;
 
+  /// What follows is handed on at this time, where no events say so. A time before the last one changes
+  /// nothing.
+  void advance_to(std::int64_t now_ns);
+
   void write_scan_info(const ScanRecord& scan);
   /// False, and counted: larger than a chunk.
   bool write_cloud(const CloudRecord& cloud);
+  /// Twice: as a pose, and as a transform between the frames "map" and "body", by which viewers place the
+  /// cloud of the same stamp.
   void write_pose(const PoseRecord& pose);
   /// A path longer than a chunk is thinned: every second pose, every fourth, ...; the last is always there.
   /// Counted.
@@ -148,6 +154,7 @@ class RecordingWriter final : public EventSink {
   }
 
   void commit(std::uint16_t channel, std::int64_t stamp_ns, std::size_t size);
+  void retry_later();
   void make_room();
   bool try_flush(bool gives_up);
   void advance(const Event& event);

@@ -48,6 +48,12 @@ struct PoseRecord {
   Pose map_from_body;
 };
 
+/// The same pose as a transform from frame "body" to frame "map".
+struct TransformRecord {
+  std::int64_t stamp_ns = 0;
+  Pose map_from_body;
+};
+
 /// The trajectory as it is after a loop was closed.
 struct PathRecord {
   std::int64_t stamp_ns = 0;
