@@ -1,13 +1,11 @@
-// A number inside a CAN frame, as a DBC file describes it (Vector, "DBC File Format Documentation": SG_
-// start|length
-// @order sign (factor,offset) [minimum|maximum]).
+// A number inside a CAN frame, as a DBC file describes it (Vector, "DBC File Format Documentation"):
+//   SG_ ... start|length@order sign (factor,offset) [minimum|maximum]
 //
 // Bits are numbered the same way for both byte orders: bit b is the one of weight 2^(b % 8) in byte b / 8.
 //   intel    (@1)  start_bit is the signal's least significant bit; the next ones have the numbers above it.
-//   motorola (@0)  start_bit is its MOST significant bit; the next ones lie below it in the byte and go on at
-//   the
-//                  most significant bit of the byte that follows (7|16 is a big-endian number in bytes 0 and
-//                  1).
+//   motorola (@0)  start_bit is its MOST significant bit; the next ones lie below it in the byte and go on
+//                  at the most significant bit of the byte that follows (7|16 is a big-endian number in
+//                  bytes 0 and 1).
 // value = raw * factor + offset. Multiplexed signals are not known here.
 //
 // Cost: O(bytes that the signal touches), no memory.

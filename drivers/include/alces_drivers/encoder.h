@@ -2,17 +2,15 @@
 //
 // Three kinds of knowledge go in, any of which may be absent:
 //   index pulse     one edge a turn on a GPIO line, sharp to microseconds: where the head is, absolutely
-//   counts          the drive's position (CiA 402 object 0x6064 in a TPDO, 32 bits, wraps) or quadrature on
-//   two GPIO
-//                   lines: how it turned in between. Their zero means nothing, and they may creep (belt,
-//                   slip)
+//   counts          the drive's position (CiA 402 object 0x6064 in a TPDO, 32 bits, wraps), or quadrature
+//                   on two GPIO lines: how it turned in between. Their zero means nothing, and they may
+//                   creep (belt, slip)
 //   expected speed  which way it should turn and how fast: to judge the others, and to bridge with
 //
-//   index and counts  the shape of the turn from the counts, its ends from the pulses. The ratio of angle to
-//   counts is
-//                     learned from the turns before (`wait_for_index` false), or is this turn's own: the
-//                     answer waits for the pulse that ends the turn (true), and creep is shared out over the
-//                     turn in proportion
+//   index and counts  the shape of the turn from the counts, its ends from the pulses. The ratio of angle
+//                     to counts is learned from the turns before (`wait_for_index` false), or is this
+//                     turn's own: the answer waits for the pulse that ends the turn (true), and creep is
+//                     shared out over the turn in proportion
 //   index alone       constant speed between pulses; an answer waits for the next pulse
 //   counts alone      angle relative to the first count; the uncertainty grows with the way turned
 //
@@ -23,7 +21,8 @@
 // Judged: pulses that bounce (debounce_ns), come where none is due (extra), or stay away (missing); a head
 // that turns back, stands, or leaves its speed; A and B swapped; counts that jump (the drive was reset),
 // stand still or come in the wrong order; edges that the kernel lost; stamps that cannot be. All are counted;
-// people hear of them once a second at most. After each of them the next good pulse brings the angle back.
+// people hear of them at once, and while they go on after 1, 2, 4, ... 64 s (spaced_notices.h). After each of
+// them the next good pulse brings the angle back.
 //
 // The profile-sync line is counted and its last stamp kept. It does not refine the rays' times: the laser
 // drivers' filter of delays does that, and a head with such a line can check it by last_sync_stamp_ns().

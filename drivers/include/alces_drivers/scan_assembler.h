@@ -5,9 +5,9 @@
 //   head    head_from_laser: where the laser sits on the head, fixed; the head turns about its z axis
 //   body    body_from_head: the head at angle 0, fixed
 //   begin   the body at the scan's first profile, by odometry: in this frame points are gathered
-//   scan    the body at the scan's reference time, the middle, known when the scan is over: one pass over the
-//   points
-//           brings them there (9 multiplications a point; the price of not asking for a second buffer)
+//   scan    the body at the scan's reference time, the middle, known when the scan is over: one pass over
+//           the points brings them there (9 multiplications a point; the price of not asking for a second
+//           buffer)
 //
 // A profile waits until the angle and the motion at its begin and its end are known (at most
 // maximum_wait_ns), and settle_ns in any case, so that two lasers' profiles go in by their time and not by

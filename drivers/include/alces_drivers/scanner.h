@@ -7,7 +7,8 @@
 // Each device brings itself up again when it fails (motor.h, laser.h). The scanner adds what only shows from
 // above: a laser that says it measures and delivers nothing is begun anew; a motor at speed without an angle,
 // profiles without a scan, are told; and when the motor does not come up in motor_patience_ns the lasers are
-// started all the same, so that the drive's raw data is there. Nothing is ever given up until stop().
+// started all the same, so that the drive's raw data is there. No device is given up for good before stop():
+// a motor that has failed too often rests for failed_retry_ns (0: for ever) and is then tried again.
 //
 // One stream of events, in the order in which they came (event.h), makes everything happen; the same events
 // give the same scans to the bit, live, replayed or simulated. Time is what the events say.
