@@ -13,6 +13,12 @@ bool is_found(const IcpResult& match) {
   return match.verdict == IcpVerdict::converged || match.verdict == IcpVerdict::iteration_limit;
 }
 
+// How far a correction moves what scan l sees: a turn moves it, too, by its lever.
+double moved_m(const LoopReport& loop) {
+  constexpr double lever_m = 15;  // from the scanner to what decides a match
+  return loop.correction_m + lever_m * loop.correction_rad;
+}
+
 }  // namespace
 
 const char* text(LoopVerdict verdict) {
@@ -196,8 +202,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
     return;
   }
   loop.wall_fit = wall_fit(std::span(model).first(model_count), data[data_count - 1], match);
-  if (loop.correction_m > config_.belief.small_correction_m &&
-      loop.wall_fit < config_.belief.minimum_wall_fit) {
+  if (moved_m(loop) > config_.belief.small_correction_m && loop.wall_fit < config_.belief.minimum_wall_fit) {
     loop.verdict = LoopVerdict::refused_walls;
     return;
   }
@@ -245,7 +250,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
 // After sharing_.prepare(), which knows the graph as it was before the edge. An error leaves the map as it
 // was.
 Status Mapper::bend(const Edge& edge, const Pose& map_from_l) {
-  const Status checked = graph_.check_edge(edge);
+  const Status checked = is_valid(map_from_l) ? graph_.check_edge(edge) : Status::bad_pose;
   if (checked != Status::ok) return checked;
   if (relaxation_ != nullptr) {
     const Status added = graph_.add_edge(edge);

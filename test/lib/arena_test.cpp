@@ -70,6 +70,24 @@ TEST_CASE(
   CHECK(counting.used_bytes() == 8000);
 }
 
+TEST_CASE("requests that add up to more than any address space overflow, however they are cut") {
+  constexpr std::size_t half = SIZE_MAX / 2;
+  for (const std::size_t first : {half / 2, half - 1000, half - 63, half - 1, half}) {
+    for (const std::size_t second : {half / 2 + 1000, half - 64, half, half + 1, SIZE_MAX - 1000, SIZE_MAX}) {
+      Arena counting;
+      (void)counting.allocate<std::byte>(first);
+      const std::size_t used = counting.used_bytes();
+      CHECK(used >= first);
+      CHECK_FALSE(counting.overflowed());
+      CHECK(counting.allocate<std::byte>(second).empty());
+      CHECK(counting.overflowed());
+      CHECK(counting.used_bytes() == used);
+      (void)counting.allocate<double>(half / sizeof(double));
+      CHECK(counting.used_bytes() == used);
+    }
+  }
+}
+
 TEST_CASE("an arena that has overflowed says so for ever, and still hands out what fits") {
   Arena arena(block);
   CHECK(arena.allocate<double>(sizeof block).empty());

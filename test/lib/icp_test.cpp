@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "alces/horn.h"
 #include "support/in_block.h"
 #include "support/plain_scene.h"
 
@@ -329,6 +330,54 @@ TEST_CASE("several model scans, each seeing a part, carry a match together") {
   CHECK(distance_m(result.model_from_data, truth) < 0.02);
   CHECK(distance_rad(result.model_from_data, truth) < 0.2 * deg);
   CHECK(result.queries == 4096);
+}
+
+TEST_CASE("the searches that a match spares change no bit of what a row of single iterations gives") {
+  const Scene scene = street();
+  std::list<Scan> parts;
+  std::vector<IcpScan> model;
+  std::vector<IcpScan> data;
+  for (int i = 0; i < 3; ++i) {
+    const Pose map_from_body = i == 0 ? pose_at(-3, 0, 1, 0) : pose_at(2, 0.5, 1, 20);
+    const double reach_m = i == 1 ? 5 : 10;  // two in one place, but what one sees the other does not
+    parts.emplace_back(scene.scan(map_from_body, 4000, reach_m, 0.01, static_cast<std::uint64_t>(i)));
+    model.push_back(parts.back().at(map_from_body));
+  }
+  for (int i = 0; i < 2; ++i) {
+    const Pose map_from_body = pose_at(0.5 - i, -0.5, 1, -15 - 30 * i);
+    parts.emplace_back(scene.scan(map_from_body, 4000, 10, 0.01, static_cast<std::uint64_t>(20 + i)));
+    data.push_back(parts.back().at(map_from_body));
+  }
+  for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
+    for (const Pose& initial : {pose_at(0.6, -0.4, 0.1, 5), pose_at(0.05, 0.02, 0, 0.3)}) {
+      IcpConfig config = config_for(metric);
+      config.first_distance_limit_m = 3;
+      config.last_distance_limit_m = 0.4F;
+      config.coarse_stride = 2;  // 4 or 1, every sample asks the same one of three scans all the time
+      config.robust_factor = 0;  // its scale is handed on from iteration to iteration
+      InBlock<Icp> icp(4096U);
+      std::array<IcpIteration, 64> trace;
+      const IcpResult whole = icp->match(model, data, initial, config, trace);
+      CAPTURE(static_cast<int>(metric), whole.iterations);
+      REQUIRE(trace[whole.iterations - 1].moved_m < 0.005);  // little enough to spare searches
+
+      IcpResult step;
+      step.model_from_data = initial;
+      IcpConfig single = config;
+      single.maximum_iterations = 1;
+      for (const IcpIteration& iteration : std::span(trace).first(whole.iterations)) {
+        single.first_distance_limit_m = iteration.distance_limit_m;
+        step = icp->match(model, data, step.model_from_data, single);
+        REQUIRE(step.correspondences == iteration.correspondences);
+        REQUIRE(step.rms_m == iteration.rms_m);
+      }
+      CHECK(is_same(step.model_from_data, whole.model_from_data));
+      CHECK(step.information == whole.information);
+      CHECK(step.sums.mtm == whole.sums.mtm);
+      CHECK(step.sums.mtz == whole.sums.mtz);
+      CHECK(step.fit == whole.fit);
+    }
+  }
 }
 
 TEST_CASE("samples beyond the capacity are thinned out evenly") {

@@ -224,6 +224,45 @@ TEST_CASE("a hint, good, bad or none at all, never changes the distance") {
   }
 }
 
+TEST_CASE("no other point is nearer than a search says, and what it says is of use") {
+  for (const std::size_t count :
+       {std::size_t{1}, std::size_t{2}, std::size_t{16}, std::size_t{17}, std::size_t{600}}) {
+    for (const NamedSet& set : sets_of(count, 17 + count)) {
+      const Tree tree(set.points);
+      Random random(18);
+      std::size_t wrong = 0;
+      std::size_t asked = 0;
+      std::size_t kept_half = 0;  // of the way to the second nearest
+      for (const Point& query : queries_for(set.points, 200, 19)) {
+        for (const float radius_m2 : {inf, 1.0F, 1e-4F}) {
+          const Neighbor plain = tree.tree->nearest(query, radius_m2);
+          for (const std::uint32_t hint :
+               {Neighbor::none, plain.index, static_cast<std::uint32_t>(random.next() % count)}) {
+            float others_m2 = -1;
+            const Neighbor nearest = tree.tree->nearest(query, radius_m2, hint, others_m2);
+            if (!same_bits(nearest.squared_m2, plain.squared_m2)) ++wrong;
+            float second_m2 = inf;
+            for (std::uint32_t i = 0; i < count; ++i) {
+              if (i == nearest.index) continue;
+              second_m2 = std::min(second_m2, plain_squared_m2(tree.tree->point(i), query));
+            }
+            const bool is_found = nearest.index != Neighbor::none;
+            if (!(others_m2 <= second_m2)) ++wrong;
+            if (!(others_m2 >= (is_found ? nearest.squared_m2 : std::min(radius_m2, second_m2)))) ++wrong;
+            if (!is_found || second_m2 == inf) continue;
+            ++asked;
+            const float nearest_m = std::sqrt(nearest.squared_m2);
+            if (2 * (std::sqrt(others_m2) - nearest_m) >= std::sqrt(second_m2) - nearest_m) ++kept_half;
+          }
+        }
+      }
+      CAPTURE(set.name, count, asked, kept_half);
+      CHECK(wrong == 0);
+      CHECK(2 * kept_half >= asked);
+    }
+  }
+}
+
 TEST_CASE("a tree restored from its own order gives the same answers, index for index") {
   for (const std::size_t count :
        {std::size_t{0}, std::size_t{1}, std::size_t{16}, std::size_t{17}, std::size_t{1000}}) {

@@ -4,10 +4,14 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <random>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/plain_loop_optimizer.h"
@@ -225,6 +229,73 @@ class GraphMaker {
   std::mt19937 random_;
 };
 
+/// A graph's vertices, f, l and edges as numbers, whatever the order and the direction of its edges.
+std::vector<std::uint32_t> shape_of(const RandomGraph& graph) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const PlainEdge& edge : graph.edges) pairs.push_back(std::minmax(edge.from, edge.to));
+  std::ranges::sort(pairs);
+  std::vector<std::uint32_t> shape = {graph.vertices, graph.f, graph.l};
+  for (const auto& [low, high] : pairs) shape.insert(shape.end(), {low, high});
+  return shape;
+}
+
+/// What the part of a graph that joins f and l is like; a graph may be of several kinds.
+enum class Kind { tree, nested_loops, multi_edge, branch, disconnected_part, end_on_branch, f_and_l_apart };
+
+constexpr std::pair<Kind, const char*> names_of_kinds[] = {{Kind::tree, "a tree"},
+                                                           {Kind::nested_loops, "loops that share a way"},
+                                                           {Kind::multi_edge, "edges between the same two"},
+                                                           {Kind::branch, "a branch beside a loop"},
+                                                           {Kind::disconnected_part, "a part of its own"},
+                                                           {Kind::end_on_branch, "f or l on a branch"},
+                                                           {Kind::f_and_l_apart, "f and l are not joined"}};
+
+/// Which vertices can be reached from `start` without the edge `left_out`.
+std::vector<bool> reached_from(const RandomGraph& graph, std::uint32_t start,
+                               std::size_t left_out = SIZE_MAX) {
+  std::vector<bool> reached(graph.vertices, false);
+  reached[start] = true;
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+      const PlainEdge& edge = graph.edges[e];
+      if (e == left_out || reached[edge.from] == reached[edge.to]) continue;
+      reached[edge.from] = reached[edge.to] = grows = true;
+    }
+  }
+  return reached;
+}
+
+std::set<Kind> kinds_of(const RandomGraph& graph) {
+  std::set<Kind> kinds;
+  const std::vector<bool> joined = reached_from(graph, graph.f);
+  if (std::ranges::count(joined, false) > 0) kinds.insert(Kind::disconnected_part);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  std::vector<std::uint32_t> loop_degree(graph.vertices, 0);  // edges that lie in a cycle
+  bool has_bridge = false;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    const PlainEdge& edge = graph.edges[e];
+    if (!joined[edge.from]) continue;
+    if (!pairs.insert(std::minmax(edge.from, edge.to)).second) kinds.insert(Kind::multi_edge);
+    if (!reached_from(graph, edge.from, e)[edge.to]) {
+      has_bridge = true;
+      continue;
+    }
+    ++loop_degree[edge.from];
+    ++loop_degree[edge.to];
+  }
+  const bool has_loop = std::ranges::any_of(loop_degree, [](std::uint32_t degree) { return degree > 0; });
+  if (!has_loop) {
+    kinds.insert(Kind::tree);
+    return kinds;
+  }
+  const bool share_a_way = std::ranges::any_of(loop_degree, [](std::uint32_t d) { return d % 2 == 1; });
+  if (share_a_way) kinds.insert(Kind::nested_loops);
+  if (has_bridge) kinds.insert(Kind::branch);
+  if (loop_degree[graph.f] == 0 || loop_degree[graph.l] == 0) kinds.insert(Kind::end_on_branch);
+  return kinds;
+}
+
 }  // namespace
 
 TEST_CASE("a simple loop shares by distance (paper, Figure 5)") {
@@ -297,12 +368,14 @@ TEST_CASE("LOA says why it cannot run") {
 
 TEST_CASE("LOA's weights are the plain algorithm's on random graphs, and its decomposition gives them") {
   GraphMaker maker(20110907);
-  int connected = 0;
-  for (int i = 0; i < 12000; ++i) {
+  std::set<std::vector<std::uint32_t>> shapes;  // of all graphs that join f and l, costs apart
+  std::map<Kind, int> count_of;
+  for (int i = 0; i < 20000; ++i) {
     const RandomGraph random = maker.any(i % 100 == 0 ? 60 : 14);
     if (random.f == random.l) continue;
     CAPTURE(i, random.vertices, random.edges.size(), random.f, random.l);
     Bench bench(random.vertices, random.edges);
+    bool is_connected = true;
     for (const LoopCost cost : {LoopCost::x, all_costs[i % 4]}) {
       std::vector<PlainEdge> edges = random.edges;
       for (PlainEdge& edge : edges) edge.cost = Bench::other_cost(edge.cost, static_cast<int>(cost));
@@ -310,13 +383,22 @@ TEST_CASE("LOA's weights are the plain algorithm's on random graphs, and its dec
           PlainLoopOptimizer(random.vertices, std::move(edges)).weights(random.f, random.l);
       const std::vector<double> weights = bench.weights(random.f, random.l, cost);
       if (!is_same(weights, plain)) FAIL("other weights than the plain algorithm");
-      if (plain.empty()) break;
-      ++connected;
+      is_connected = !plain.empty();
+      if (!is_connected) break;
       const std::string complaint = check_decomposition(bench, random.f, random.l, cost);
       if (!complaint.empty()) FAIL(complaint);
     }
+    if (!is_connected) {
+      ++count_of[Kind::f_and_l_apart];
+    } else if (shapes.insert(shape_of(random)).second) {
+      for (const Kind kind : kinds_of(random)) ++count_of[kind];
+    }
   }
-  CHECK(connected > 10000);
+  CHECK(shapes.size() >= 10000);
+  for (const auto& [kind, name] : names_of_kinds) {
+    CAPTURE(name, count_of[kind]);
+    CHECK(count_of[kind] >= 500);
+  }
 }
 
 TEST_CASE("ties between paths leave a valid result, the same each time") {
@@ -360,6 +442,19 @@ TEST_CASE("costs of any size leave weights between zero and one") {
       if (seen[edge.from] != seen[edge.to]) FAIL("a connected vertex is left out");
     }
   }
+}
+
+// Takes half a second. LOA that searches anew for each of the 100,000 trails would take hours.
+TEST_CASE("a drive of 200,000 scans with 100,000 loops is taken apart in one search") {
+  GraphMaker maker(4);
+  const RandomGraph random = maker.drive(200'000, 100'000);
+  Bench bench(random.vertices, random.edges);
+  REQUIRE(bench.optimizer->prepare(*bench.graph, random.f, random.l) == Status::ok);
+  REQUIRE(bench.optimizer->decompose(LoopCost::rotation) == Status::ok);
+  CHECK(bench.optimizer->trails().size() > 90'000);
+  std::size_t vertices = 2 + bench.optimizer->branches().size();  // f and l
+  for (const LoopOptimizer::Trail& trail : bench.optimizer->trails()) vertices += trail.step_count - 1;
+  CHECK(vertices == random.vertices);
 }
 
 TEST_CASE("LOA's memory is what the plan says, at compile time") {

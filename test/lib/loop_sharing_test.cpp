@@ -330,6 +330,34 @@ TEST_CASE("the correction's Mahalanobis length is that of the covariance carried
   }
 }
 
+TEST_CASE("where a chain's covariance leaves a direction without any, no correction is plausible") {
+  struct Extreme {
+    EdgeVariance variance;
+    bool is_definite;
+  };
+  for (const Extreme& extreme :
+       {Extreme{{1e-300, 1e-300, 1e-300, 1e-3}, false}, Extreme{{1e-300, 1e-300, 1e-300, 1e300}, false},
+        Extreme{{5e-324, 5e-324, 5e-324, 1e-12}, false}, Extreme{{1e-300, 1e-300, 1e-300, 1e-300}, true},
+        Extreme{{1e-4, 1e-4, 1e-4, 1e-6}, true}, Extreme{{1e300, 1e300, 1e300, 1e-300}, true}}) {
+    Bench bench;
+    PoseGraph& graph = *bench.graph;
+    for (std::uint32_t i = 0; i < 8; ++i) {
+      REQUIRE(graph.add_vertex(pose_at(2.0 * i, 1.0 * i, 0.5 * i, 0)) == Status::ok);  // straight on
+      Edge edge;
+      edge.from = i - 1;
+      edge.to = i;
+      edge.variance = extreme.variance;
+      if (i > 0) REQUIRE(graph.add_edge(edge) == Status::ok);
+    }
+    REQUIRE(bench.sharing->prepare(graph, 0, 7) == Status::ok);
+    const Pose goal = pose_at(0.1, 0.1, 0.1, 1) * graph.poses()[7];
+    const double squared = bench.sharing->mahalanobis2(graph, goal);
+    CAPTURE(squared, extreme.variance.x_m2, extreme.variance.rotation_rad2);
+    CHECK(squared > 0);
+    CHECK(std::isinf(squared) != extreme.is_definite);
+  }
+}
+
 TEST_CASE("what cannot be shared out is refused, and the map stays") {
   Random random(10);
   Bench bench;

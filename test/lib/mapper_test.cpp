@@ -1,14 +1,16 @@
 #include "alces/mapper.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <vector>
 
 #include "support/in_block.h"
+#include "support/mapper_bench.h"
 #include "support/memory_archive.h"
 #include "support/plain_scene.h"
 
@@ -19,156 +21,7 @@ namespace {
 
 constexpr double deg = 3.14159265358979323846 / 180;
 
-constexpr MapperConfig small_config() {
-  MapperConfig config = MapperConfig::standard();
-  config.scan_capacity = 64;
-  config.loop_capacity = 16;
-  config.pool_bytes = std::size_t{4} << 20;
-  config.voxel.cell_capacity = 4096;
-  config.voxel.maximum_range_m = 30;
-  config.surface.sample_capacity = 1024;
-  config.detector.minimum_gap_scans = 20;
-  config.detector.radius_m = 6;
-  config.detector.radius_cap_m = 6;
-  return config;
-}
-
 alignas(Arena::alignment) std::byte static_block[Mapper::memory_required(small_config())];
-
-/// A square of streets around a block of houses, driven once around and a little farther; side 24 m.
-struct Drive {
-  std::vector<Pose> truth;
-  std::vector<Pose> odometry;
-  std::vector<std::vector<Point>> scans;
-};
-
-Scene block_of_houses() {
-  Scene scene;
-  scene.rectangle({-30, -30, 0}, {60, 0, 0}, {0, 60, 0});
-  sim::Random random(5);
-  for (int side = 0; side < 4; ++side) {
-    for (double along = -22; along < 18;) {
-      const double width = random.uniform(3, 6);
-      for (const double distance : {8.0 - random.uniform(0, 1.5), -16.5 - random.uniform(0, 1.5)}) {
-        const double near = std::abs(distance);
-        const double far = distance > 0 ? near - 2 : near + 2;
-        Eigen::Vector3d a(along, std::min(near, far), 0);
-        Eigen::Vector3d b(along + width, std::max(near, far), random.uniform(3, 6));
-        if (distance > 0 && (along < -6 || along + width > 6)) continue;
-        for (int turn = 0; turn < side; ++turn) {
-          const Eigen::Vector3d low = a;
-          const Eigen::Vector3d high = b;
-          a = {-high.y(), low.x(), low.z()};
-          b = {-low.y(), high.x(), high.z()};
-        }
-        scene.box(a, b);
-      }
-      along += width + random.uniform(0.3, 1.5);
-    }
-  }
-  return scene;
-}
-
-const Drive& round_the_block() {
-  static const Drive made = [] {
-    Drive drive;
-    const Scene scene = block_of_houses();
-    std::vector<Pose> way;
-    constexpr int steps_a_side = 12;
-    for (int step = 0; step < 4 * steps_a_side + 5; ++step) {
-      const int side = step / steps_a_side;
-      const double along = -12 + 2.0 * (step % steps_a_side);
-      const double turning = step % steps_a_side >= steps_a_side - 1 ? 45
-                             : step % steps_a_side == 0 && step > 0  ? -45
-                                                                     : 0;
-      const Pose rotated = pose_at(0, 0, 0, 90.0 * side);
-      way.push_back(rotated * pose_at(along, -12, 1, std::max(0.0, turning), 0.3 * std::sin(step),
-                                      0.3 * std::cos(step)));
-    }
-    Pose odometry;
-    for (std::size_t i = 0; i < way.size(); ++i) {
-      drive.truth.push_back(way[0].inverse() * way[i]);
-      if (i > 0) {
-        Pose step = way[i - 1].inverse() * way[i];
-        step.translation_m *= 1.02;
-        step.rotation = exp_so3({0, 0, 0.01}) * step.rotation;
-        odometry = odometry * step;
-      }
-      drive.odometry.push_back(odometry);
-      drive.scans.push_back(scene.scan(way[i], 3000, 20, 0.01, i));
-    }
-    return drive;
-  }();
-  return made;
-}
-
-/// Writes down what it is asked, and lifts the whole map but its origin, or says that it cannot.
-class Lift final : public LoopRelaxation {
- public:
-  explicit Lift(bool can) : can_(can) {}
-  bool relax(const PoseGraph& graph, std::span<Pose> map_from_body) override {
-    ++asked;
-    asked_for = graph.edges().back();
-    if (!can_) return false;
-    for (Pose& pose : map_from_body.subspan(1)) pose.translation_m.z() += 1;
-    return true;
-  }
-  int asked = 0;
-  Edge asked_for;
-
- private:
-  bool can_;
-};
-
-/// A mapper in a block of its own, of exactly the bytes it asks for.
-class Bench {
- public:
-  explicit Bench(const MapperConfig& config, ScanArchive* archive = nullptr,
-                 LoopRelaxation* relaxation = nullptr)
-      : block_(Mapper::memory_required(config)) {
-    Status status = Status::bad_config;
-    mapper = Mapper::create(block_.bytes(), config, status, archive, nullptr, relaxation);
-    REQUIRE(status == Status::ok);
-    REQUIRE(mapper != nullptr);
-  }
-  Mapper* operator->() const { return mapper; }
-  Mapper* mapper = nullptr;
-
- private:
-  Block block_;
-};
-
-void drive_through(Mapper& mapper, const Drive& drive, std::size_t count, bool with_odometry = true) {
-  for (std::size_t i = 0; i < count; ++i) {
-    ScanReport report;
-    REQUIRE(mapper.add_scan(drive.scans[i], with_odometry ? &drive.odometry[i] : nullptr, report) ==
-            Status::ok);
-    REQUIRE(report.scan == i);
-  }
-}
-
-bool is_same(const Mapper& a, const Mapper& b) {
-  const auto p = a.graph().poses();
-  const auto q = b.graph().poses();
-  return p.size() == q.size() && std::ranges::equal(p, q, [](const Pose& x, const Pose& y) {
-           return x.translation_m == y.translation_m && x.rotation.coeffs() == y.rotation.coeffs();
-         });
-}
-
-double mean_error_m(const Mapper& mapper, const Drive& drive) {
-  double sum = 0;
-  for (std::uint32_t i = 0; i < mapper.scan_count(); ++i) {
-    sum += distance_m(mapper.graph().poses()[i], drive.truth[i]);
-  }
-  return sum / mapper.scan_count();
-}
-
-Status create_status(const MapperConfig& config) {
-  Status status = Status::ok;
-  const Block block(1 << 20);
-  CHECK(Mapper::create(block.bytes(), config, status) == nullptr);
-  return status;
-}
 
 }  // namespace
 
@@ -193,6 +46,32 @@ TEST_CASE("a mapper lives in a static block whose size the compiler knows, and n
   CHECK(status == Status::block_misaligned);
 }
 
+TEST_CASE("a mapper uses what it said it would, to the byte, whatever its configuration") {
+  MapperConfig with_gps = small_config();
+  with_gps.detector.use_gps = true;
+  MapperConfig tiny = small_config();
+  tiny.scan_capacity = 1;
+  tiny.loop_capacity = 0;
+  tiny.pool_bytes = 0;
+  tiny.cache_slots = 9;
+  tiny.voxel.cell_capacity = 33;
+  tiny.surface.sample_capacity = 7;
+  tiny.correspondence_capacity = 1;
+  MapperConfig paper = MapperConfig::paper();
+  paper.pool_bytes = 1234567;
+  for (const MapperConfig& config : {small_config(), with_gps, tiny, MapperConfig::standard(), paper}) {
+    const MapperBench mapper(config);
+    CHECK(mapper->used_bytes() == Mapper::memory_required(config));
+  }
+  CHECK(Mapper::memory_required(with_gps) > Mapper::memory_required(small_config()));
+
+  const Block larger(Mapper::memory_required(tiny) + 4096);
+  Status status = Status::bad_config;
+  const Mapper* const mapper = Mapper::create(larger.bytes(), tiny, status);
+  REQUIRE(mapper != nullptr);
+  CHECK(mapper->used_bytes() == Mapper::memory_required(tiny));
+}
+
 TEST_CASE("a mapper writes nothing outside the bytes it asked for") {
   MapperConfig config = small_config();
   const std::size_t bytes = Mapper::memory_required(config);
@@ -205,40 +84,9 @@ TEST_CASE("a mapper writes nothing outside the bytes it asked for") {
   CHECK(std::ranges::count(block.bytes().subspan(bytes), std::byte{0xA5}) == 256);
 }
 
-TEST_CASE("settings that make no sense are refused") {
-  const auto with = [](auto change) {
-    MapperConfig config = small_config();
-    change(config);
-    return create_status(config);
-  };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  CHECK(with([](MapperConfig& c) { c.scan_capacity = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.cache_slots = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.cache_slots = c.model_scans; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.model_scans = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.model_scans = 17, c.cache_slots = 40; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.loop_search.shift_steps = 65; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.loop_search.shift_step_m = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.scans_around_first = 8, c.cache_slots = 40; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.scans_before_last = 40, c.cache_slots = 100; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.correspondence_capacity = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.voxel.cell_capacity = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.voxel.cell_size_m = 0; }) == Status::bad_config);
-  CHECK(with([&](MapperConfig& c) { c.voxel.cell_size_m = nan; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.voxel.maximum_range_m = c.voxel.minimum_range_m; }) ==
-        Status::bad_config);
-  CHECK(with([&](MapperConfig& c) { c.voxel.maximum_range_m = nan; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.surface.sample_capacity = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.scan_match.maximum_iterations = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.scan_match.first_distance_limit_m = -1; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.loop_match.limit_factor = 0; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.loop_match.limit_factor = 1.5F; }) == Status::bad_config);
-  CHECK(with([](MapperConfig& c) { c.detector.radius_m = -1; }) == Status::bad_config);
-}
-
 TEST_CASE("scans without a usable point are refused with their counts, and the map goes on") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
   ScanReport report;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -265,14 +113,14 @@ TEST_CASE("scans without a usable point are refused with their counts, and the m
   REQUIRE(mapper->add_scan(mixed, &drive.odometry[2], report) == Status::ok);
   CHECK(report.points.not_finite == 2);
   CHECK(report.points.too_far == 1);
-  Bench clean(small_config());
+  MapperBench clean(small_config());
   drive_through(*clean.mapper, drive, 3);
   CHECK(is_same(*mapper.mapper, *clean.mapper));
 }
 
 TEST_CASE("a scan of one point is taken where the odometry says, and the drive goes on") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
   drive_through(*mapper.mapper, drive, 3);
   ScanReport report;
   const std::vector<Point> one = {{3, 2, 1}};
@@ -287,45 +135,124 @@ TEST_CASE("a scan of one point is taken where the odometry says, and the drive g
   CHECK_FALSE(report.is_predicted);
   CHECK(distance_m(mapper->graph().poses()[4], drive.truth[4]) < 0.05);
 
-  Bench from_one_point(small_config());
+  MapperBench from_one_point(small_config());
   REQUIRE(from_one_point->add_scan(one, nullptr, report) == Status::ok);
   REQUIRE(from_one_point->add_scan(one, nullptr, report) == Status::ok);
   CHECK(from_one_point->scan_count() == 2);
 }
 
-TEST_CASE("odometry that is no pose is refused") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
-  drive_through(*mapper.mapper, drive, 2);
+TEST_CASE("odometry that is no pose, or one of no place on Earth, is refused and leaves no trace") {
+  const BlockDrive& drive = round_the_block();
+  std::vector<Pose> bad;
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const double far_m :
+       {1.7e308, -1.7e308, 1e200, 1e30, 1.01 * farthest_place_m, inf, -inf, std::nan("")}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      bad.emplace_back();
+      bad.back().translation_m[axis] = far_m;
+    }
+  }
+  bad.emplace_back();
+  bad.back().rotation.coeffs().setZero();
+  bad.emplace_back();
+  bad.back().rotation.coeffs().y() = std::nan("");
+
+  MapperBench mapper(small_config());
+  MapperBench clean(small_config());
+  drive_through(*clean.mapper, drive, 6);
   ScanReport report;
-  Pose nowhere;
-  nowhere.translation_m.y() = std::nan("");
-  CHECK(mapper->add_scan(drive.scans[2], &nowhere, report) == Status::bad_pose);
-  Pose no_rotation;
-  no_rotation.rotation.coeffs().setZero();
-  CHECK(mapper->add_scan(drive.scans[2], &no_rotation, report) == Status::bad_pose);
-  Pose endless;
-  endless.translation_m.z() = std::numeric_limits<double>::infinity();
-  CHECK(mapper->add_scan(drive.scans[2], &endless, report) == Status::bad_pose);
-  CHECK(mapper->scan_count() == 2);
-  CHECK(mapper->counters().scans_refused == 3);
-  REQUIRE(mapper->add_scan(drive.scans[2], &drive.odometry[2], report) == Status::ok);
-  CHECK(distance_m(mapper->graph().poses()[2], drive.truth[2]) < 0.05);
+  for (std::size_t i = 0; i < 6; ++i) {
+    std::size_t refused = 0;
+    for (const Pose& pose : bad) {
+      if (mapper->add_scan(drive.scans[30], &pose, report) == Status::bad_pose) ++refused;
+    }
+    CHECK(refused == bad.size());
+    REQUIRE(mapper->scan_count() == i);
+    REQUIRE(mapper->add_scan(drive.scans[i], &drive.odometry[i], report) == Status::ok);
+    REQUIRE(report.scan == i);
+  }
+  CHECK(mapper->counters().scans_refused == 6 * bad.size());
+  CHECK(mapper->counters().points_in == clean->counters().points_in);
+  CHECK(is_same(*mapper.mapper, *clean.mapper));
+  CHECK(mapper->graph().edge_count() == clean->graph().edge_count());
+  std::vector<Point> points(4096);
+  std::vector<Point> clean_points(4096);
+  for (std::uint32_t scan = 0; scan <= 6; ++scan) {
+    std::uint32_t count = 0;
+    std::uint32_t clean_count = 0;
+    CHECK(mapper->read_scan(scan, points, count) == clean->read_scan(scan, clean_points, clean_count));
+    REQUIRE(count == clean_count);
+    CHECK(std::memcmp(points.data(), clean_points.data(), count * sizeof(Point)) == 0);
+  }
+}
+
+TEST_CASE("a prediction of no place on Earth is refused, whichever way it comes about, and leaves no trace") {
+  const BlockDrive& drive = round_the_block();
+  const auto moved = [](Pose pose, double x_m) {
+    pose.translation_m.x() += x_m;
+    return pose;
+  };
+  MapperBench mapper(small_config());
+  ScanReport report;
+  // Both ends of the step are places, but from one to the other it is too far.
+  const double edge_m = -0.9 * farthest_place_m;
+  std::array<Pose, 4> odometry;
+  for (std::size_t i = 0; i < 4; ++i) odometry[i] = moved(drive.odometry[i], edge_m);
+  REQUIRE(mapper->add_scan(drive.scans[0], &odometry[0], report) == Status::ok);
+  const Pose other_edge = moved(drive.odometry[1], -edge_m);
+  CHECK(mapper->add_scan(drive.scans[1], &other_edge, report) == Status::bad_pose);
+  CHECK(mapper->scan_count() == 1);
+  for (std::size_t i = 1; i < 4; ++i)
+    REQUIRE(mapper->add_scan(drive.scans[i], &odometry[i], report) == Status::ok);
+  CHECK(mapper->counters().scans_refused == 1);
+  for (std::uint32_t i = 0; i < 4; ++i) CHECK(distance_m(mapper->graph().poses()[i], drive.truth[i]) < 0.05);
+
+  // Without odometry the map goes on as it went, until it would leave the Earth.
+  MapperBench rushing(small_config());
+  const std::vector<Point> speck = {{3, 2, 1}};
+  const Pose start;
+  const Pose next = moved(start, 0.4 * farthest_place_m);
+  REQUIRE(rushing->add_scan(speck, &start, report) == Status::ok);
+  REQUIRE(rushing->add_scan(speck, &next, report) == Status::ok);
+  REQUIRE(rushing->add_scan(speck, nullptr, report) == Status::ok);
+  CHECK(rushing->add_scan(speck, nullptr, report) == Status::bad_pose);
+  CHECK(rushing->scan_count() == 3);
+  CHECK(rushing->graph().edge_count() == 2);
+  for (const Pose& pose : rushing->graph().poses()) CHECK(is_valid(pose));
+
+  // From one end of what is a place to the other there is no step.
+  MapperBench leaping(small_config());
+  for (const double x_m : {0.0, edge_m}) {
+    const Pose place = moved(start, x_m);
+    REQUIRE(leaping->add_scan(speck, &place, report) == Status::ok);
+  }
+  const Pose other_end = moved(start, -edge_m);
+  CHECK(leaping->add_scan(speck, &other_end, report) == Status::bad_pose);
+  CHECK(leaping->scan_count() == 2);
+  CHECK(leaping->graph().edge_count() == 1);
 }
 
 TEST_CASE("at the capacity of scans the next one is refused, and the map stays usable") {
-  const Drive& drive = round_the_block();
+  const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.scan_capacity = 4;
-  Bench mapper(config);
+  MapperBench mapper(config);
   drive_through(*mapper.mapper, drive, 4);
+  const std::uint64_t points_of_the_map = mapper->store_counters().points;
   ScanReport report;
-  for (int i = 0; i < 3; ++i) {
-    CHECK(mapper->add_scan(drive.scans[4], &drive.odometry[4], report) == Status::no_scan_capacity);
+  const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
+  constexpr std::uint32_t beyond = 100'000;
+  std::uint32_t refused = 0;
+  for (std::uint32_t i = 0; i < beyond; ++i) {
+    if (mapper->add_scan(drive.scans[4], &drive.odometry[4], report) == Status::no_scan_capacity) ++refused;
   }
+  CHECK(refused == beyond);
   CHECK(mapper->scan_count() == 4);
   CHECK(mapper->graph().edge_count() == 3);
-  CHECK(mapper->counters().scans_refused == 3);
+  CHECK(mapper->counters().scans_refused == beyond);
+  CHECK(mapper->counters().points_in == 4 * drive.scans[0].size());
+  CHECK(mapper->store_counters().points == points_of_the_map);
+  CHECK(std::ranges::equal(mapper->graph().poses(), before, is_same_pose));
   std::vector<Point> points(config.voxel.cell_capacity);
   std::uint32_t count = 0;
   CHECK(mapper->read_scan(3, points, count) == Status::ok);
@@ -337,10 +264,10 @@ TEST_CASE("at the capacity of scans the next one is refused, and the map stays u
 }
 
 TEST_CASE("a full pool refuses scans without an archive; with one they go there") {
-  const Drive& drive = round_the_block();
+  const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.pool_bytes = 60000;  // two scans
-  Bench mapper(config);
+  MapperBench mapper(config);
   ScanReport report;
   drive_through(*mapper.mapper, drive, 2);
   CHECK(mapper->add_scan(drive.scans[2], &drive.odometry[2], report) == Status::no_point_capacity);
@@ -349,7 +276,7 @@ TEST_CASE("a full pool refuses scans without an archive; with one they go there"
   CHECK(mapper->graph().edge_count() == 1);
 
   MemoryArchive archive;
-  Bench with_archive(config, &archive);
+  MapperBench with_archive(config, &archive);
   drive_through(*with_archive.mapper, drive, 6);
   CHECK(with_archive->store_counters().archived_scans == 4);
   archive.write_fails = true;
@@ -357,16 +284,16 @@ TEST_CASE("a full pool refuses scans without an archive; with one they go there"
   CHECK(with_archive->scan_count() == 6);
   archive.write_fails = false;
   CHECK(with_archive->add_scan(drive.scans[6], &drive.odometry[6], report) == Status::ok);
-  Bench in_pool(small_config());
+  MapperBench in_pool(small_config());
   drive_through(*in_pool.mapper, drive, 7);
   CHECK(is_same(*with_archive.mapper, *in_pool.mapper));
 }
 
 TEST_CASE("more cells than the grid has thin the scan out, and the scan is added all the same") {
-  const Drive& drive = round_the_block();
+  const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.voxel.cell_capacity = 1800;
-  Bench mapper(config);
+  MapperBench mapper(config);
   ScanReport report;
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(mapper->add_scan(drive.scans[i], &drive.odometry[i], report) == Status::no_voxel_capacity);
@@ -379,11 +306,11 @@ TEST_CASE("more cells than the grid has thin the scan out, and the scan is added
 }
 
 TEST_CASE("around a block of houses the loop closes, and the map is nearer to the truth than without") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
   MapperConfig open = small_config();
   open.close_loops = false;
-  Bench without(open);
+  MapperBench without(open);
   drive_through(*mapper.mapper, drive, drive.scans.size());
   drive_through(*without.mapper, drive, drive.scans.size());
   LoopReport loop;
@@ -417,7 +344,7 @@ TEST_CASE("around a block of houses the loop closes, and the map is nearer to th
     }
   }
   SECTION("and the same drive gives the same bits") {
-    Bench again(small_config());
+    MapperBench again(small_config());
     drive_through(*again.mapper, drive, drive.scans.size());
     again->finish(loop);
     CHECK(is_same(*mapper.mapper, *again.mapper));
@@ -427,7 +354,7 @@ TEST_CASE("around a block of houses the loop closes, and the map is nearer to th
     config.pool_bytes = 4096;
     config.cache_slots = 8;
     MemoryArchive archive;
-    Bench archived(config, &archive);
+    MapperBench archived(config, &archive);
     drive_through(*archived.mapper, drive, drive.scans.size());
     archived->finish(loop);
     CHECK(archived->store_counters().archived_scans == drive.scans.size());
@@ -437,7 +364,7 @@ TEST_CASE("around a block of houses the loop closes, and the map is nearer to th
 }
 
 TEST_CASE("the paper's front end maps the block, too") {
-  const Drive& drive = round_the_block();
+  const BlockDrive& drive = round_the_block();
   MapperConfig config = MapperConfig::paper();
   const MapperConfig sizes = small_config();
   config.scan_capacity = sizes.scan_capacity;
@@ -446,7 +373,7 @@ TEST_CASE("the paper's front end maps the block, too") {
   config.voxel = sizes.voxel;
   config.surface = sizes.surface;
   config.detector = sizes.detector;
-  Bench mapper(config);
+  MapperBench mapper(config);
   drive_through(*mapper.mapper, drive, drive.scans.size());
   LoopReport loop;
   mapper->finish(loop);
@@ -456,8 +383,8 @@ TEST_CASE("the paper's front end maps the block, too") {
 }
 
 TEST_CASE("without odometry the next step is taken to be like the last") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
   // 2 m a scan: the first step, for which nothing is known, is given
   ScanReport report;
   REQUIRE(mapper->add_scan(drive.scans[0], &drive.odometry[0], report) == Status::ok);
@@ -467,9 +394,59 @@ TEST_CASE("without odometry the next step is taken to be like the last") {
   for (std::uint32_t i = 0; i < 10; ++i) CHECK(distance_m(mapper->graph().poses()[i], drive.truth[i]) < 0.15);
 }
 
+TEST_CASE("a scanner mounted askew in the odometry's body is predicted for as soon as steps have shown it") {
+  const BlockDrive& drive = round_the_block();
+  const Pose odometry_body_from_scanner = pose_at(0, 0, 0, 20);
+  for (const bool learns : {true, false}) {
+    MapperConfig config = small_config();
+    config.learn_odometry_heading = learns;
+    config.detector.minimum_gap_scans = 60;  // no loops
+    for (const std::size_t known : {1U, 4U, 9U}) {
+      MapperBench mapper(config);
+      ScanReport report;
+      for (std::size_t i = 0; i <= known; ++i) {
+        const Pose askew = drive.odometry[i] * odometry_body_from_scanner.inverse();
+        const std::vector<Point> speck = {{3, 2, 1}};  // the last is predicted
+        REQUIRE(mapper->add_scan(i < known ? drive.scans[i] : speck, &askew, report) == Status::ok);
+      }
+      REQUIRE(report.is_predicted);
+      const double off_m = distance_m(mapper->graph().poses()[known], drive.truth[known]);
+      CAPTURE(learns, known, off_m);
+      CHECK((off_m < 0.1) == (learns && known > 1));
+      CHECK(off_m < 0.8);  // 2 m, 20 degrees
+    }
+  }
+}
+
+TEST_CASE("an edge is the less sure when its match used up its iterations") {
+  const BlockDrive& drive = round_the_block();
+  const auto edge_with = [&](std::uint32_t iterations, double factor, IcpVerdict expected) {
+    MapperConfig config = small_config();
+    config.scan_match.maximum_iterations = iterations;
+    config.edge_uncertainty.unconverged_factor = factor;
+    MapperBench mapper(config);
+    ScanReport report;
+    REQUIRE(mapper->add_scan(drive.scans[0], &drive.odometry[0], report) == Status::ok);
+    REQUIRE(mapper->add_scan(drive.scans[1], &drive.odometry[1], report) == Status::ok);
+    REQUIRE(report.match == expected);
+    return mapper->graph().edges()[0].variance;
+  };
+  const EdgeUncertainty standard;
+  CHECK(standard.unconverged_factor == 5);
+  const double floor_m2 = standard.minimum_translation_m * standard.minimum_translation_m;
+  const double floor_rad2 = 3 * standard.minimum_rotation_rad * standard.minimum_rotation_rad;
+  const EdgeVariance plain = edge_with(2, 1, IcpVerdict::iteration_limit);
+  const EdgeVariance wary = edge_with(2, 5, IcpVerdict::iteration_limit);
+  CHECK(wary.x_m2 - floor_m2 == Approx(5 * (plain.x_m2 - floor_m2)));
+  CHECK(wary.y_m2 - floor_m2 == Approx(5 * (plain.y_m2 - floor_m2)));
+  CHECK(wary.z_m2 - floor_m2 == Approx(5 * (plain.z_m2 - floor_m2)));
+  CHECK(wary.rotation_rad2 - floor_rad2 == Approx(5 * (plain.rotation_rad2 - floor_rad2)));
+  CHECK(edge_with(40, 5, IcpVerdict::converged).x_m2 == edge_with(40, 1, IcpVerdict::converged).x_m2);
+}
+
 TEST_CASE("odometry that comes and goes does not tear the map") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
   ScanReport report;
   for (std::size_t i = 0; i < 10; ++i) {
     const bool is_known = i < 3 || i == 5 || i > 7;
@@ -479,11 +456,11 @@ TEST_CASE("odometry that comes and goes does not tear the map") {
 }
 
 TEST_CASE("two mappers side by side do not know of each other") {
-  const Drive& drive = round_the_block();
-  Bench alone(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench alone(small_config());
   drive_through(*alone.mapper, drive, 12);
-  Bench one(small_config());
-  Bench other(small_config());
+  MapperBench one(small_config());
+  MapperBench other(small_config());
   ScanReport report;
   for (std::size_t i = 0; i < 12; ++i) {
     REQUIRE(one->add_scan(drive.scans[i], &drive.odometry[i], report) == Status::ok);
@@ -493,163 +470,13 @@ TEST_CASE("two mappers side by side do not know of each other") {
   CHECK_FALSE(is_same(*one.mapper, *other.mapper));
 }
 
-TEST_CASE("a loop offered from outside is judged like any other") {
-  const Drive& drive = round_the_block();
-  MapperConfig config = small_config();
-  config.close_loops = false;
-  Bench mapper(config);
-  drive_through(*mapper.mapper, drive, 50);
-  LoopReport loop;
-  CHECK(mapper->offer_loop(3, 3, loop) == Status::no_such_scan);
-  CHECK(mapper->offer_loop(4, 3, loop) == Status::no_such_scan);
-  CHECK(mapper->offer_loop(0, 50, loop) == Status::no_such_scan);
-  CHECK(mapper->loops().empty());
-
-  const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
-  REQUIRE(mapper->offer_loop(0, 24, loop) == Status::ok);  // the opposite corner
-  CHECK(loop.verdict != LoopVerdict::closed);
-  CHECK(text(loop.verdict) != nullptr);
-  CHECK(mapper->loops().size() == 1);
-  CHECK(mapper->counters().loops_offered == 1);
-  CHECK(mapper->counters().loops_closed == 0);
-  CHECK(mapper->graph().edge_count() == 49);
-  for (std::size_t i = 0; i < 50; ++i) {
-    REQUIRE(mapper->graph().poses()[i].translation_m == before[i].translation_m);
-  }
-
-  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);  // the start again
-  CAPTURE(text(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2);
-  CHECK(loop.verdict == LoopVerdict::closed);
-  CHECK(mapper->graph().edge_count() == 50);
-}
-
-TEST_CASE("between long walls a loop's match does not stay where it slid to") {
-  const Scene street = walled_street();
-  for (const double drift_m : {0.0, 1.0, 1.6, 2.3, 3.0}) {
-    for (const std::uint32_t steps : {40U, 0U}) {
-      for (std::uint32_t trial = 0; trial < 4; ++trial) {
-        MapperConfig config = small_config();
-        config.voxel.cell_capacity = 16384;
-        config.pool_bytes = std::size_t{16} << 20;
-        config.close_loops = false;
-        config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
-        config.belief.maximum_mahalanobis2 = 1e12;
-        config.loop_search.shift_steps = steps;
-        Bench mapper(config);
-        for (std::uint32_t i = 0; i < 10; ++i) {  // there, and once more the same way, after a drift
-          const Pose at = pose_at(i % 5, 0, 1, 0);
-          Pose odometry = at;
-          if (i >= 5) odometry.translation_m += Eigen::Vector3d(drift_m, 0.3, 0.02);
-          const std::vector<Point> points = street.scan(at, 12000, 14, 0.01, 100 * trial + i);
-          ScanReport report;
-          REQUIRE(mapper->add_scan(points, &odometry, report) == Status::ok);
-        }
-        LoopReport loop;
-        REQUIRE(mapper->offer_loop(2, 7, loop) == Status::ok);
-        REQUIRE(loop.verdict == LoopVerdict::closed);
-        const auto poses = mapper->graph().poses();
-        const double off_m = (poses[2].inverse() * poses[7]).translation_m.norm();
-        CAPTURE(drift_m, steps, trial, off_m, loop.overlap, loop.rms_m);
-        CHECK((off_m < 0.02) == (steps > 0 || drift_m == 0));
-      }
-    }
-  }
-}
-
-TEST_CASE("a loop is not believed when nothing but the ground fits") {
-  const auto yard = [](const std::vector<Eigen::Vector2d>& huts) {
-    Scene scene;
-    scene.rectangle({-40, -40, 0}, {80, 0, 0}, {0, 80, 0});
-    for (const Eigen::Vector2d& at : huts) scene.box({at.x(), at.y(), 0}, {at.x() + 2.0, at.y() + 1.5, 2.5});
-    return scene;
-  };
-  const Scene here = yard({{5, 3}, {-4, 5}, {2, -6}, {-7, -3}, {9, -2}});
-  const Scene elsewhere = yard({{0, 6}, {8, -6}, {-6, 1}, {5, 9}, {-3, -8}});
-  const auto offered = [&](const Scene& then, double minimum_wall_fit) {
-    MapperConfig config = small_config();
-    config.voxel.cell_capacity = 16384;
-    config.pool_bytes = std::size_t{16} << 20;
-    config.close_loops = false;
-    config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
-    config.loop_match.degenerate_ratio = 0;                 // so that a few chance pairs are a match
-    config.belief.maximum_mahalanobis2 = 1e12;
-    config.belief.minimum_wall_fit = minimum_wall_fit;
-    Bench mapper(config);
-    for (std::uint32_t i = 0; i < 10; ++i) {
-      const Pose at = pose_at(0.5 * (i % 5), 0, 1, 0);
-      Pose odometry = at;
-      if (i >= 5) odometry.translation_m += Eigen::Vector3d(0.3, 0.2, 0.8);
-      const std::vector<Point> points = (i < 5 ? here : then).scan(at, 5000, 15, 0.01, i);
-      ScanReport report;
-      REQUIRE(mapper->add_scan(points, &odometry, report) == Status::ok);
-    }
-    LoopReport loop;
-    REQUIRE(mapper->offer_loop(2, 7, loop) == Status::ok);
-    return loop;
-  };
-  const double least = BeliefConfig{}.minimum_wall_fit;
-  const LoopReport same = offered(here, least);
-  const LoopReport other = offered(elsewhere, least);
-  CAPTURE(same.wall_fit, same.overlap, other.wall_fit, other.overlap, other.rms_m, other.correction_m);
-  CHECK(same.verdict == LoopVerdict::closed);
-  CHECK(same.wall_fit > 0.5);
-  CHECK(other.overlap > BeliefConfig{}.minimum_overlap);
-  CHECK(other.rms_m < BeliefConfig{}.maximum_rms_m);
-  CHECK(other.verdict == LoopVerdict::refused_walls);
-  CHECK(other.wall_fit < least);
-  CHECK(offered(elsewhere, 0).verdict == LoopVerdict::closed);
-}
-
-TEST_CASE("another back end bends the map in LOA's place, once for every loop that is believed") {
-  const Drive& drive = round_the_block();
-  MapperConfig config = small_config();
-  config.close_loops = false;
-  Lift lift(true);
-  Bench mapper(config, nullptr, &lift);
-  drive_through(*mapper.mapper, drive, 50);
-  const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
-  LoopReport loop;
-  REQUIRE(mapper->offer_loop(0, 24, loop) == Status::ok);  // the opposite corner
-  CHECK(lift.asked == 0);
-  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
-  REQUIRE(loop.verdict == LoopVerdict::closed);
-  CHECK(lift.asked == 1);
-  CHECK(lift.asked_for.closes_loop);
-  CHECK(lift.asked_for.from == 0);
-  CHECK(lift.asked_for.to == 48);
-  CHECK(mapper->graph().edge_count() == 50);
-  CHECK(mapper->counters().loops_not_relaxed == 0);
-  CHECK(mapper->graph().poses()[0].translation_m == before[0].translation_m);
-  for (std::size_t i = 1; i < 50; ++i)
-    REQUIRE(mapper->graph().poses()[i].translation_m == before[i].translation_m + Eigen::Vector3d::UnitZ());
-}
-
-TEST_CASE("where another back end cannot bend the map, LOA does, and it is counted") {
-  const Drive& drive = round_the_block();
-  MapperConfig config = small_config();
-  config.close_loops = false;
-  Lift lift(false);
-  Bench mapper(config, nullptr, &lift);
-  Bench plain(config);
-  drive_through(*mapper.mapper, drive, 50);
-  drive_through(*plain.mapper, drive, 50);
-  LoopReport loop;
-  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
-  CHECK(loop.verdict == LoopVerdict::closed);
-  REQUIRE(plain->offer_loop(0, 48, loop) == Status::ok);
-  CHECK(lift.asked == 1);
-  CHECK(mapper->counters().loops_not_relaxed == 1);
-  CHECK(mapper->graph().edge_count() == plain->graph().edge_count());
-  CHECK(is_same(*mapper.mapper, *plain.mapper));
-}
-
 TEST_CASE("an archive that cannot read any more costs matches and loops, not the map") {
-  const Drive& drive = round_the_block();
+  const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.pool_bytes = 0;
   config.cache_slots = 8;
   MemoryArchive archive;
-  Bench mapper(config, &archive);
+  MapperBench mapper(config, &archive);
   drive_through(*mapper.mapper, drive, 48);
   archive.read_fails = true;
   LoopReport loop;
@@ -666,26 +493,9 @@ TEST_CASE("an archive that cannot read any more costs matches and loops, not the
   CHECK(mapper->read_scan(0, points, count) == Status::ok);
 }
 
-TEST_CASE("with no room for loops every loop is refused for that reason") {
-  const Drive& drive = round_the_block();
-  MapperConfig config = small_config();
-  config.close_loops = false;
-  config.loop_capacity = 0;
-  config.scan_capacity = 49;
-  Bench mapper(config);
-  drive_through(*mapper.mapper, drive, 49);
-  LoopReport loop;
-  for (const std::uint32_t first : {0U, 1U}) {
-    REQUIRE(mapper->offer_loop(first, 48, loop) == Status::ok);
-    CAPTURE(text(loop.verdict));
-    CHECK(loop.verdict == LoopVerdict::refused_capacity);
-  }
-  CHECK(mapper->counters().loops_not_listed == 2);
-}
-
 TEST_CASE("what comes back from a scan is what went in, reduced") {
-  const Drive& drive = round_the_block();
-  Bench mapper(small_config());
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
   drive_through(*mapper.mapper, drive, 2);
   std::vector<Point> points(4096);
   std::uint32_t count = 0;

@@ -112,6 +112,33 @@ TEST_CASE("a graph takes no vertex or edge that would spoil the map") {
   CHECK(graph.first_half_edge(0) == no_index);
 }
 
+TEST_CASE("an edge can be asked for beforehand: the answer is that of adding it, and nothing is added") {
+  Arena arena(block);
+  PoseGraph graph(arena, {2, 1});
+  REQUIRE(graph.add_vertex(Pose{}) == Status::ok);
+  REQUIRE(graph.add_vertex(Pose{}) == Status::ok);
+  Edge no_variance = edge_between(0, 1);
+  no_variance.variance.rotation_rad2 = 0;
+  Edge nowhere = edge_between(0, 1);
+  nowhere.from_from_to.translation_m.y() = std::nan("");
+  const auto check = [&](const Edge& edge, Status expected) {
+    const std::uint32_t edges = graph.edge_count();
+    const std::uint32_t first = graph.first_half_edge(0);
+    CHECK(graph.check_edge(edge) == expected);
+    CHECK(graph.edge_count() == edges);
+    CHECK(graph.degree(0) == edges);
+    CHECK(graph.first_half_edge(0) == first);
+    CHECK(graph.add_edge(edge) == expected);
+  };
+  check(edge_between(0, 2), Status::no_such_vertex);
+  check(edge_between(1, 1), Status::bad_edge);
+  check(no_variance, Status::bad_edge);
+  check(nowhere, Status::bad_pose);
+  check(edge_between(0, 1), Status::ok);
+  check(edge_between(0, 1), Status::no_edge_capacity);
+  check(nowhere, Status::bad_pose);
+}
+
 TEST_CASE("poses are written through the graph's span") {
   Arena arena(block);
   PoseGraph graph(arena, capacity);

@@ -34,7 +34,8 @@ struct BeliefConfig {
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
   /// samples that face along the two weaker directions of the match this share has to lie on the model.
   double minimum_wall_fit = 0.1;
-  double small_correction_m = 0.5;  ///< a loop that moves l by no more is not asked for walls
+  double small_correction_m =
+      0.5;  ///< of what l sees at 15 m; a loop that moves it by no more needs no walls
 };
 
 /// Where the match of a loop starts beside where the poses say.
