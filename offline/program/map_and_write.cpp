@@ -36,9 +36,9 @@ std::vector<std::string> command_line() {
 
 void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
                    ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe) {
+  const StopSignal stop;
   prepare_map_folder(out);
   MapRun run(scans, request);
-  const StopSignal stop;
   {
     ScanProgress progress;
     run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },

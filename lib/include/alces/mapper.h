@@ -34,8 +34,7 @@ struct BeliefConfig {
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
   /// samples that face along the two weaker directions of the match this share has to lie on the model.
   double minimum_wall_fit = 0.1;
-  double small_correction_m =
-      0.5;  ///< of what l sees at 15 m; a loop that moves it by no more needs no walls
+  double small_correction_m = 0.5;  ///< of what l sees 15 m away: up to here no walls are asked for
 };
 
 /// Where the match of a loop starts beside where the poses say.
