@@ -14,9 +14,9 @@ std::uint32_t Icp::gather_facing(std::span<const IcpScan> data, const Pose& mode
   const FloatTransform data_to_model(model_from_data);
   const Point along{static_cast<float>(direction.x()), static_cast<float>(direction.y()),
                     static_cast<float>(direction.z())};
-  const std::span<DataPoint> all = data_.first(gather(data));
+  const std::span<Sample> all = gather(data, samples_);
   std::uint32_t count = 0;
-  for (const DataPoint& point : all) {
+  for (const Sample& point : all) {
     const bool faces_along = std::abs(dot(data_to_model.rotate(point.normal), along)) > facing;
     if (point.plane_weight > 0 && faces_along) all[count++] = point;
   }
@@ -27,7 +27,7 @@ std::uint32_t Icp::gather_facing(std::span<const IcpScan> data, const Pose& mode
   return kept;
 }
 
-std::uint32_t Icp::count_fitting(std::span<const IcpScan> model, std::span<const DataPoint> points,
+std::uint32_t Icp::count_fitting(std::span<const IcpScan> model, std::span<const Sample> points,
                                  const Pose& model_from_data, const IcpConfig& config) {
   constexpr float reach_m = 0.25F;  // about how far apart points of a surface are
   std::array<FloatTransform, maximum_model_scans> body_from_data;
@@ -53,7 +53,7 @@ FacingFit Icp::facing_fit(std::span<const IcpScan> model, std::span<const IcpSca
   FacingFit fit;
   if (model.empty() || model.size() > maximum_model_scans) return fit;
   fit.samples = gather_facing(data, model_from_data, direction);
-  fit.fitting = count_fitting(model, data_.first(fit.samples), model_from_data, config);
+  fit.fitting = count_fitting(model, samples_.first(fit.samples), model_from_data, config);
   return fit;
 }
 
@@ -61,7 +61,7 @@ std::uint32_t Icp::likely_shifts(std::span<const IcpScan> model, std::span<const
                                  const Pose& model_from_data, const Eigen::Vector3d& direction, double step_m,
                                  std::uint32_t steps, const IcpConfig& config, std::span<double> shifts_m) {
   if (model.empty() || model.size() > maximum_model_scans || steps > maximum_shift_steps) return 0;
-  const std::span<const DataPoint> points = data_.first(gather_facing(data, model_from_data, direction));
+  const std::span<const Sample> points = samples_.first(gather_facing(data, model_from_data, direction));
   std::array<std::uint32_t, 2 * maximum_shift_steps + 1> room{};
   const std::span<std::uint32_t> fitting = std::span(room).first(2 * std::size_t{steps} + 1);
   const auto shift_m = [&](std::size_t s) { return (static_cast<double>(s) - steps) * step_m; };

@@ -43,7 +43,9 @@ Status LoopDetector::check(const LoopDetectorConfig& config) {
   const bool radii_are_good =
       std::isfinite(config.radius_cap_m) && config.radius_m > 0 && config.radius_m <= config.radius_cap_m;
   const bool factor_is_good = std::isfinite(config.sigma_factor) && config.sigma_factor >= 0;
-  return radii_are_good && factor_is_good && config.minimum_gap_scans > 0 ? Status::ok : Status::bad_config;
+  return radii_are_good && factor_is_good && config.minimum_gap_scans > 0 &&
+                 std::isfinite(config.minimum_gap_m) && config.minimum_gap_m >= 0
+             ? Status::ok : Status::bad_config;
 }
 
 void LoopDetector::clear() {
@@ -52,8 +54,9 @@ void LoopDetector::clear() {
   by_gps_position_.clear();
 }
 
-Status LoopDetector::add(const Eigen::Vector3d& position_m, const Eigen::Vector3d* gps_position_m) {
-  if (!position_m.allFinite()) return Status::bad_pose;
+Status LoopDetector::add(const Eigen::Vector3d& position_m, double driven_m,
+                         const Eigen::Vector3d* gps_position_m) {
+  if (!position_m.allFinite() || !std::isfinite(driven_m)) return Status::bad_pose;
   if (gps_position_m != nullptr) {
     if (!config_.use_gps) return Status::bad_config;
     if (!gps_position_m->allFinite()) return Status::bad_pose;
@@ -62,6 +65,7 @@ Status LoopDetector::add(const Eigen::Vector3d& position_m, const Eigen::Vector3
   const std::uint32_t scan = scan_count_;
   if (scan == 0) clear();
   positions_m_[scan] = position_m;
+  driven_m_[scan] = driven_m;
   by_position_.insert(scan, positions_m_[scan], config_.radius_cap_m);
   if (gps_position_m != nullptr) {
     gps_positions_m_[scan] = *gps_position_m;
@@ -118,9 +122,14 @@ void LoopDetector::visit_near(const Grid& grid, const Eigen::Vector3d& position_
 std::optional<LoopDetector::Nearby> LoopDetector::nearest(const Eigen::Vector3d& position_m,
                                                           std::uint32_t newest_scan, double sigma_m,
                                                           const Eigen::Vector3d* gps_position_m) const {
-  if (scan_count_ == 0 || newest_scan < config_.minimum_gap_scans) return std::nullopt;
+  if (newest_scan >= scan_count_ || newest_scan < config_.minimum_gap_scans) return std::nullopt;
   if (!position_m.allFinite()) return std::nullopt;
-  const std::uint32_t last_scan = newest_scan - config_.minimum_gap_scans;
+  // The last scan that is far enough back: the way only grows.
+  const std::span<const double> ways_m = driven_m_.first(newest_scan - config_.minimum_gap_scans + 1);
+  const double way_m = driven_m_[newest_scan] - config_.minimum_gap_m;
+  const auto beyond = std::upper_bound(ways_m.begin(), ways_m.end(), way_m);
+  if (beyond == ways_m.begin()) return std::nullopt;
+  const auto last_scan = static_cast<std::uint32_t>(beyond - ways_m.begin() - 1);
   const double grown_m = config_.radius_m + config_.sigma_factor * sigma_m;
   const double radius_m =
       grown_m > config_.radius_m ? std::min(grown_m, config_.radius_cap_m) : config_.radius_m;

@@ -67,7 +67,7 @@ Status LoopSharing::prepare(const PoseGraph& graph, std::uint32_t f, std::uint32
   return optimizer_.decompose(LoopCost::rotation);
 }
 
-double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l) const {
+Matrix6d LoopSharing::covariance(const PoseGraph& graph) const {
   const std::span<const Pose> poses = graph.poses();
   const LoopOptimizer::Trail& trail = optimizer_.trails().front();  // the shortest way between f and l
   ChainCovariance covariance;
@@ -77,8 +77,14 @@ double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l)
     const Edge& edge = graph.edges()[step.half_edge / 2];
     covariance.add(edge.variance, end - poses[edge.to].translation_m);
   }
-  const Vector6d offset = offset_between(poses[l_], map_from_l);
-  const SymmetricSolver<6> solver = covariance.solver();
+  return covariance.s;
+}
+
+double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l, const EdgeVariance& match) const {
+  ChainCovariance both{covariance(graph)};
+  both.add(match, Eigen::Vector3d::Zero());
+  const Vector6d offset = offset_between(graph.poses()[l_], map_from_l);
+  const SymmetricSolver<6> solver = both.solver();
   if (!solver.is_definite())
     return std::numeric_limits<double>::infinity();  // nothing known explains nothing
   return offset.dot(solver.solve(offset));

@@ -27,36 +27,11 @@ Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, S
   mapper->used_bytes_ = arena.used_bytes();
   mapper->store_.set_archive(archive);
   mapper->detector_.clear();
+  mapper->motion_[0] = MotionPrior(planned.motion);
   mapper->clock_ = clock;
   mapper->relaxation_ = relaxation;
   status = Status::ok;
   return mapper;
-}
-
-void Mapper::OdometryHeading::learn(const Pose& matched_step, const Pose& odometry_step) {
-  const Eigen::Vector3d& m = matched_step.translation_m;
-  const Eigen::Vector3d& o = odometry_step.translation_m;
-  cosine_m2 += o.x() * m.x() + o.y() * m.y();
-  sine_m2 += o.x() * m.y() - o.y() * m.x();
-}
-
-Pose Mapper::OdometryHeading::correct(const Pose& odometry_step) const {
-  constexpr double enough_m2 = 4.0;  // of steps multiplied: a few metres of driving
-  const double known_m2 = portable::hypot(cosine_m2, sine_m2);
-  if (known_m2 < enough_m2) return odometry_step;
-  Pose offset;
-  offset.rotation = exp_so3({0, 0, portable::atan2(sine_m2, cosine_m2)});
-  return offset * odometry_step * offset.inverse();
-}
-
-Pose Mapper::predict(const Pose* odometry_from_body) const {
-  const std::span<const Pose> poses = graph_.poses();
-  const std::size_t n = poses.size();
-  if (odometry_from_body != nullptr && has_odometry_) {
-    return poses[n - 1] * heading_.correct(last_odometry_[0].inverse() * *odometry_from_body);
-  }
-  if (n < 2) return poses[n - 1];
-  return poses[n - 1] * (poses[n - 2].inverse() * poses[n - 1]);  // as it went
 }
 
 bool Mapper::load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side,
@@ -83,8 +58,10 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
   if (odometry_from_body != nullptr && !is_valid(*odometry_from_body)) return refuse(Status::bad_pose);
   if (n == config_.scan_capacity) return refuse(Status::no_scan_capacity);
   const Pose map_from_last = n > 0 ? graph_.poses()[n - 1] : Pose{};
-  const Pose predicted = n > 0 ? predict(odometry_from_body) : Pose{};
-  const Pose last_from_predicted = map_from_last.inverse() * predicted;
+  const MotionPrior::Prediction prediction =
+      n > 0 ? motion_[0].predict(odometry_from_body) : MotionPrior::Prediction{};
+  const Pose last_from_predicted = prediction.last_from_next;
+  const Pose predicted = map_from_last * last_from_predicted;
   if (!is_valid(predicted) || !is_valid(last_from_predicted)) return refuse(Status::bad_pose);
 
   const std::uint64_t begin_ns = now_ns();
@@ -103,86 +80,90 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
   const std::uint64_t stored_ns = now_ns();
   report.times.store_ns = stored_ns - reduced_ns;
 
-  Pose map_from_body;
+  const Step step = n > 0 ? match_step(n, prediction, report) : Step{};
   if (n > 0) {
-    const std::uint32_t model_begin = n - std::min(n, config_.model_scans);
-    std::array<IcpScan, maximum_metascan> model;
-    std::array<IcpScan, 1> data;
-    std::uint32_t model_count = 0;
-    IcpResult match;
-    match.model_from_data = last_from_predicted;
-    StoredScan newest;
-    if (load_metascan(model_begin, n, map_from_last, model, model_count) &&
-        store_.load(n, newest) == Status::ok) {
-      data[0] = {newest.tree, newest.samples, Pose{}};
-      match = icp_.match(std::span(model).first(model_count), data, last_from_predicted, config_.scan_match);
-    } else {
-      report.archive_failed = true;
-      ++counters_.archive_failures;
-    }
-    map_from_body = map_from_last * match.model_from_data;
-    if (!is_valid(map_from_body) || !is_valid(match.model_from_data)) {  // at the edge of what is a place
-      match = IcpResult{};
-      match.model_from_data = last_from_predicted;
-      map_from_body = predicted;
-    }
-    report.match = match.verdict;
-    report.iterations = match.iterations;
-    report.correspondences = match.correspondences;
-    report.overlap = match.overlap;
-    report.rms_m = match.rms_m;
-    report.is_predicted = match.verdict == IcpVerdict::too_few_correspondences;
-    if (report.is_predicted) {
-      ++counters_.scans_predicted;
-    } else if (config_.learn_odometry_heading && odometry_from_body != nullptr && has_odometry_) {
-      heading_.learn(match.model_from_data, last_odometry_[0].inverse() * *odometry_from_body);
-    }
-
-    Edge edge;
-    edge.from = n - 1;
-    edge.to = n;
-    edge.from_from_to = match.model_from_data;
-    edge.variance = label(match, map_from_last.rotation);
-    // Both are certain: there is room for as many vertices as scans and for an edge each, and both poses are
-    // valid.
-    (void)graph_.add_vertex(map_from_body);
-    (void)graph_.add_edge(edge);
-    const double step_m2 = match.model_from_data.translation_m.squaredNorm();
-    spreads_[n].rotation_rad2 = spreads_[n - 1].rotation_rad2 + edge.variance.rotation_rad2;
-    spreads_[n].translation_m2 = spreads_[n - 1].translation_m2 + edge.variance.x_m2 + edge.variance.y_m2 +
-                                 edge.variance.z_m2 + spreads_[n].rotation_rad2 * step_m2;
+    const bool is_sure = step.verdict == StepVerdict::believed || step.verdict == StepVerdict::found ||
+                         step.verdict == StepVerdict::against_odometry;
+    motion_[0].observe(prediction, step.last_from_next, odometry_from_body, is_sure);
   } else {
-    (void)graph_.add_vertex(map_from_body);
+    motion_[0].start(odometry_from_body);
   }
-  has_odometry_ = odometry_from_body != nullptr;
-  if (has_odometry_) last_odometry_[0] = *odometry_from_body;
+  add_step(n, step);
   const std::uint64_t matched_ns = now_ns();
   report.times.match_ns = matched_ns - stored_ns;
-
-  if (config_.close_loops) {
-    if (config_.detector.use_gps && gps_position_m != nullptr && !gps_position_m->allFinite()) {
-      ++counters_.gps_not_finite;
-      gps_position_m = nullptr;
-    }
-    if (!config_.detector.use_gps) gps_position_m = nullptr;
-    (void)detector_.add(map_from_body.translation_m, gps_position_m);  // certain, as above
-    const std::optional<LoopDetector::Nearby> nearby = detector_.nearest(
-        map_from_body.translation_m, n, std::sqrt(spreads_[n].translation_m2), gps_position_m);
-    const std::optional<LoopTrigger::Loop> candidate = trigger_.observe(n, nearby);
-    report.times.detect_ns = now_ns() - matched_ns;
-    if (candidate) {
-      report.loop_offered = true;
-      close_loop(*candidate, config_.loop_search.candidates, report.loop, report.times);
-    }
-  }
+  if (config_.close_loops) look_for_loop(n, gps_position_m, report);
   return reduced;
 }
 
-EdgeVariance Mapper::label(const IcpResult& match, const Eigen::Quaterniond& map_from_model) const {
-  PairCovariance covariance = config_.label_with_appendix_a ? appendix_a(match.sums) : from_curvature(match);
-  if (match.verdict == IcpVerdict::iteration_limit)
-    covariance.covariance *= config_.edge_uncertainty.unconverged_factor;
-  return edge_variance(covariance, match.model_from_data, map_from_model, config_.edge_uncertainty);
+void Mapper::look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_m, ScanReport& report) {
+  const std::uint64_t begin_ns = now_ns();
+  if (config_.detector.use_gps && gps_position_m != nullptr && !gps_position_m->allFinite()) {
+    ++counters_.gps_not_finite;
+    gps_position_m = nullptr;
+  }
+  if (!config_.detector.use_gps) gps_position_m = nullptr;
+  const Eigen::Vector3d place_m = graph_.poses()[n].translation_m;
+  (void)detector_.add(place_m, driven_m_, gps_position_m);  // certain: it has room for as many scans as the graph
+  const std::optional<LoopDetector::Nearby> nearby =
+      detector_.nearest(place_m, n, std::sqrt(spreads_[n].translation_m2), gps_position_m);
+  const std::optional<LoopTrigger::Loop> candidate = trigger_.observe(n, nearby);
+  report.times.detect_ns = now_ns() - begin_ns;
+  if (!candidate) return;
+  report.loop_offered = true;
+  close_loop(*candidate, config_.loop_search.candidates, report.loop, report.times);
+}
+
+MapHealth Mapper::health() const {
+  MapHealth health;
+  health.scans = scan_count();
+  health.length_m = driven_m_;
+  const auto weakness = [this](std::uint32_t scan) {  // larger is weaker
+    const StepRecord& step = steps_[scan];
+    const int kind = step.verdict == StepVerdict::apart ? 2 : step.verdict == StepVerdict::on_odometry ? 1 : 0;
+    return 1000 * kind + 255 - step.fit_percent;
+  };
+  double sigma_sum_m = 0;
+  for (std::uint32_t scan = 0; scan < health.scans; ++scan) {
+    sigma_sum_m += std::sqrt(spreads_[scan].translation_m2);
+    const StepVerdict verdict = steps_[scan].verdict;
+    if (verdict == StepVerdict::found) ++health.found;
+    if (verdict == StepVerdict::against_odometry) ++health.against_odometry;
+    if (verdict == StepVerdict::on_odometry) ++health.on_odometry;
+    if (verdict == StepVerdict::apart) ++health.parts;
+    const bool is_weak = verdict == StepVerdict::apart || verdict == StepVerdict::on_odometry ||
+                         (scan > 0 && steps_[scan].fit_percent < 70);
+    if (!is_weak) continue;
+    // Kept sorted, the weakest first.
+    std::uint32_t place = health.weakest_count;
+    while (place > 0 && weakness(health.weakest[place - 1]) < weakness(scan)) --place;
+    if (place == MapHealth::most_weakest) continue;
+    health.weakest_count = std::min(health.weakest_count + 1, MapHealth::most_weakest);
+    for (std::uint32_t i = health.weakest_count - 1; i > place; --i) health.weakest[i] = health.weakest[i - 1];
+    health.weakest[place] = scan;
+  }
+  if (health.scans > 0) health.expected_error_m = sigma_sum_m / health.scans;
+  std::uint32_t last_closed = 0;
+  for (const LoopReport& loop : loops()) {
+    switch (loop.verdict) {
+      case LoopVerdict::closed: {
+        ++health.closed;
+        constexpr std::uint32_t one_visit_scans = 10;
+        if (health.revisits == 0 || loop.last > last_closed + one_visit_scans) ++health.revisits;
+        last_closed = loop.last;
+        break;
+      }
+      case LoopVerdict::refused_implausible:
+        ++health.implausible;
+        break;
+      case LoopVerdict::refused_capacity:
+      case LoopVerdict::refused_archive:
+        break;
+      default:
+        ++health.unmatched;
+    }
+  }
+  judge_map(health);
+  return health;
 }
 
 bool Mapper::finish(LoopReport& loop, StageTimes* times) {

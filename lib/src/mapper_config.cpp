@@ -37,7 +37,7 @@ bool is_usable(const VoxelGridConfig& config) {
 bool is_usable(const SurfaceConfig& config) {
   return config.sample_capacity > 0 && config.neighbors >= 3 &&
          config.neighbors <= KdTree::maximum_neighbors &&
-         is_within(config.neighbor_radius_m, shortest_m, longest_m);
+         is_within(config.neighbor_reach, 1, 100);
 }
 
 bool is_usable(const EdgeUncertainty& config) {
@@ -48,7 +48,7 @@ bool is_usable(const EdgeUncertainty& config) {
 
 bool is_usable(const LoopSearchConfig& config) {
   return config.candidates > 0 && config.iterations > 0 && is_within(config.sure_overlap, 0, 1) &&
-         is_within(config.turn_step_rad, 0, 4) && config.turn_steps <= 100 &&
+         is_within(config.sure_fit_share, 0, 10) &&
          is_within(config.shift_step_m, 0.01, longest_m) && config.shift_steps <= Icp::maximum_shift_steps &&
          is_within(config.shift_gain, 0, 1);
 }
@@ -56,7 +56,7 @@ bool is_usable(const LoopSearchConfig& config) {
 bool is_usable(const BeliefConfig& config) {
   return is_within(config.minimum_overlap, 0, 1) && is_within(config.maximum_rms_m, 0, longest_m) &&
          is_within(config.maximum_mahalanobis2, 0, 1e12) && is_within(config.minimum_wall_fit, 0, 1) &&
-         is_within(config.small_correction_m, 0, longest_m);
+         is_within(config.minimum_fit_share, 0, 10) && is_within(config.small_correction_m, 0, longest_m);
 }
 
 }  // namespace

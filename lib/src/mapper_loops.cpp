@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "alces/mapper.h"
 #include "alces/symmetric_eigen.h"
@@ -33,6 +34,8 @@ const char* text(LoopVerdict verdict) {
       return "refused: the residuals are too large";
     case LoopVerdict::refused_walls:
       return "refused: too few walls fit";
+    case LoopVerdict::refused_fit:
+      return "refused: the surfaces fit worse than is usual";
     case LoopVerdict::refused_implausible:
       return "refused: the correction is larger than the accumulated uncertainty explains";
     case LoopVerdict::refused_capacity:
@@ -68,7 +71,8 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
     }
     const bool came_together =
         loop.verdict != LoopVerdict::refused_no_match && loop.verdict != LoopVerdict::refused_overlap &&
-        loop.verdict != LoopVerdict::refused_residual && loop.verdict != LoopVerdict::refused_walls;
+        loop.verdict != LoopVerdict::refused_residual && loop.verdict != LoopVerdict::refused_walls &&
+        loop.verdict != LoopVerdict::refused_fit;
     if (came_together) return;
     // The pose has drifted: perhaps the nearest scan is of another street. An earlier visit may be the right
     // one.
@@ -81,39 +85,50 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
   }
 }
 
-IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                             const Pose& model_from_data) {
-  const IcpResult straight = icp_.match(model, data, model_from_data, config_.loop_match);
-  const bool is_sure = is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap;
-  const IcpResult turned = is_sure ? straight : match_turned(model, data, model_from_data, straight);
+IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data, const IcpPrior& prior,
+                             const IcpConfig& config, const Eigen::Quaterniond& map_from_f) {
+  const IcpPrior* const used = config_.use_motion_prior ? &prior : nullptr;
+  const IcpResult straight = icp_.match(model, data, prior.model_from_data, config, used);
+  const bool is_sure = is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap &&
+                       straight.balanced_fit >= config_.loop_search.sure_fit_share * usual_fit_.fit();
+  const IcpResult best = is_sure || !config_.search_steps
+                             ? straight
+                             : match_searched(model, data, prior, config, map_from_f, straight);
   // Where what lies across is taken for outliers altogether, the direction along is undetermined.
-  const bool may_have_slid = is_found(turned) || turned.verdict == IcpVerdict::degenerate;
-  return may_have_slid ? match_shifted(model, data, turned) : turned;
+  const bool may_have_slid = is_found(best) || best.verdict == IcpVerdict::degenerate;
+  return may_have_slid ? match_shifted(model, data, config, used, best) : best;
 }
 
-IcpResult Mapper::match_turned(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                               const Pose& model_from_data, const IcpResult& straight) {
-  // The other starts are tried with scan l alone and few iterations; the best of them is matched in full.
-  IcpConfig quick = config_.loop_match;
+// Other starts, as far around as the map can be off.
+IcpResult Mapper::match_searched(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                 const IcpPrior& prior, const IcpConfig& config,
+                                 const Eigen::Quaterniond& map_from_f, const IcpResult& straight) {
+  const double off_m = std::sqrt(prior.covariance.topLeftCorner<2, 2>().trace());
+  const double off_rad = std::sqrt(prior.covariance(5, 5));
+  StartSearchConfig around = config_.start_search;
+  around.reach_m = std::clamp(static_cast<float>(3 * off_m), 2 * around.cell_m, around.reach_m);
+  const double turn_rad = std::clamp(3 * off_rad, 0.2, std::numbers::pi);
+  std::array<Start, StartSearch::most_starts> room;
+  const std::uint32_t found = start_search_.find(model, data.last(1), prior.model_from_data, map_from_f,
+                                                 static_cast<float>(turn_rad), around, room);
+  // They are tried with scan l alone and few iterations; the best of them is matched in full.
+  IcpConfig quick = config;
   quick.maximum_iterations = config_.loop_search.iterations;
-  IcpResult best = straight;
+  quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * around.cell_m);
+  const IcpPrior* const used = config_.use_motion_prior ? &prior : nullptr;
+  IcpResult best = icp_.match(model, data.last(1), straight.model_from_data, quick, used);
   bool is_better = false;
-  for (std::uint32_t step = 1; step <= config_.loop_search.turn_steps; ++step) {
-    for (const double side : {1.0, -1.0}) {
-      Pose turned = model_from_data;
-      const double angle_rad = side * step * config_.loop_search.turn_step_rad;
-      turned.rotation = turned.rotation * exp_so3({0, 0, angle_rad});
-      const IcpResult match = icp_.match(model, data.last(1), turned, quick);
-      if (!is_found(match) || (is_found(best) && match.overlap <= best.overlap)) continue;
-      best = match;
-      is_better = true;
-    }
+  for (const Start& start : std::span(room).first(found)) {
+    const IcpResult match = icp_.match(model, data.last(1), start.model_from_data, quick, used);
+    if (!is_found(match) || match.balanced_fit < best.balanced_fit + 0.03) continue;
+    best = match;
+    is_better = true;
   }
-  return is_better ? icp_.match(model, data, best.model_from_data, config_.scan_match) : straight;
+  return is_better ? icp_.match(model, data, best.model_from_data, config, used) : straight;
 }
 
 IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                                const IcpResult& match) {
+                                const IcpConfig& config, const IcpPrior* prior, const IcpResult& match) {
   const LoopSearchConfig& search = config_.loop_search;
   if (search.shift_steps == 0) return match;
   const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
@@ -123,28 +138,28 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
   std::array<double, 3> shifts_m;
   const std::uint32_t shift_count =
       icp_.likely_shifts(model, scan_l, match.model_from_data, weakest, search.shift_step_m,
-                         search.shift_steps, config_.loop_match, shifts_m);
+                         search.shift_steps, config, shifts_m);
   if (shift_count == 0) return match;
 
   constexpr float near_m = 1.0F;  // a likely shift is off by no more than a fit
-  IcpConfig near = config_.loop_match;
+  IcpConfig near = config;
   near.first_distance_limit_m = std::max(near.last_distance_limit_m, near_m);
   IcpConfig quick = near;
   quick.maximum_iterations = search.iterations;
-  IcpConfig where_it_is = config_.loop_match;
+  IcpConfig where_it_is = config;
   where_it_is.first_distance_limit_m = where_it_is.last_distance_limit_m;
   where_it_is.maximum_iterations = 1;
-  IcpResult best = icp_.match(model, scan_l, match.model_from_data, where_it_is);
+  IcpResult best = icp_.match(model, scan_l, match.model_from_data, where_it_is, prior);
   bool is_shifted = false;
   for (const double shift_m : std::span(shifts_m).first(shift_count)) {
     Pose shifted = match.model_from_data;
     shifted.translation_m += shift_m * weakest;
-    const IcpResult next = icp_.match(model, scan_l, shifted, quick);
+    const IcpResult next = icp_.match(model, scan_l, shifted, quick, prior);
     if (!is_found(next) || next.fit < best.fit + search.shift_gain) continue;
     best = next;
     is_shifted = true;
   }
-  return is_shifted ? icp_.match(model, data, best.model_from_data, near) : match;
+  return is_shifted ? icp_.match(model, data, best.model_from_data, near, prior) : match;
 }
 
 double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, const IcpResult& match) {
@@ -175,16 +190,32 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   std::array<IcpScan, maximum_metascan> data;
   std::uint32_t model_count = 0;
   std::uint32_t data_count = 0;
+  StoredScan scan_l;
   if (!load_metascan(model_begin, model_end, map_from_f, model, model_count) ||
-      !load_metascan(data_begin, l + 1, map_from_l, data, data_count)) {
+      !load_metascan(data_begin, l + 1, map_from_l, data, data_count) || store_.load(l, scan_l) != Status::ok) {
     loop.verdict = LoopVerdict::refused_archive;
     return;
   }
-  const IcpResult match = match_loop(std::span(model).first(model_count), std::span(data).first(data_count),
-                                     map_from_f.inverse() * map_from_l);
+  if (sharing_.prepare(graph_, f, l) != Status::ok) {
+    loop.verdict = LoopVerdict::refused_capacity;
+    return;
+  }
+  const Matrix6d uncertainty = sharing_.covariance(graph_);
+  Matrix6d f_from_map = Matrix6d::Zero();
+  f_from_map.topLeftCorner<3, 3>() = map_from_f.rotation.conjugate().toRotationMatrix();
+  f_from_map.bottomRightCorner<3, 3>() = f_from_map.topLeftCorner<3, 3>();
+  const IcpPrior prior{map_from_f.inverse() * map_from_l, f_from_map * uncertainty * f_from_map.transpose()};
+  loop.expected_m = std::sqrt(uncertainty.topLeftCorner<3, 3>().trace());
+  IcpConfig config = config_.loop_match;
+  config.last_distance_limit_m = std::max(config.last_distance_limit_m, config_.pair_reach * scan_l.spacing.typical_m);
+  config.first_distance_limit_m = std::max(config.first_distance_limit_m, config.last_distance_limit_m);
+  const IcpResult match = match_loop(std::span(model).first(model_count), std::span(data).first(data_count), prior,
+                                     config, map_from_f.rotation);
   times.loop_match_ns += now_ns() - begin_ns;
   loop.overlap = match.overlap;
   loop.rms_m = match.rms_m;
+  loop.fit = match.balanced_fit;
+  loop.usual_fit = usual_fit_.fit();
   loop.iterations = match.iterations;
   const Pose map_from_matched = map_from_f * match.model_from_data;
   loop.correction_m = (map_from_matched.translation_m - map_from_l.translation_m).norm();
@@ -206,17 +237,19 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
     loop.verdict = LoopVerdict::refused_walls;
     return;
   }
+  if (moved_m(loop) > config_.belief.small_correction_m &&
+      loop.fit < config_.belief.minimum_fit_share * loop.usual_fit) {
+    loop.verdict = LoopVerdict::refused_fit;
+    return;
+  }
   if (counters_.loops_closed == config_.loop_capacity) {
     loop.verdict = LoopVerdict::refused_capacity;
     return;
   }
 
   const std::uint64_t matched_ns = now_ns();
-  if (sharing_.prepare(graph_, f, l) != Status::ok) {
-    loop.verdict = LoopVerdict::refused_capacity;
-    return;
-  }
-  loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched);
+  const EdgeVariance variance = label(match, nullptr, map_from_f.rotation);
+  loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched, variance);
   if (!(loop.mahalanobis2 <= config_.belief.maximum_mahalanobis2)) {
     loop.verdict = LoopVerdict::refused_implausible;
     return;
@@ -226,7 +259,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   edge.to = l;
   edge.closes_loop = true;
   edge.from_from_to = match.model_from_data;
-  edge.variance = label(match, map_from_f.rotation);
+  edge.variance = variance;
   // LOA's time begins with its decomposition, which another back end has only to thank for the belief.
   const std::uint64_t bend_ns = relaxation_ == nullptr ? matched_ns : now_ns();
   if (bend(edge, map_from_matched) != Status::ok) {
@@ -242,6 +275,10 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
                      spreads_[f].rotation_rad2 + grown.rotation_rad2};
   }
   spreads_[l] = spreads_[f];
+  for (std::uint32_t scan = f + 1; scan <= l; ++scan) {  // both sides of a break hang together now
+    if (steps_[scan].verdict == StepVerdict::apart) steps_[scan].verdict = StepVerdict::rejoined;
+    if (steps_[scan].verdict == StepVerdict::against_odometry) steps_[scan].verdict = StepVerdict::found;
+  }
   loop.share_ns = now_ns() - bend_ns;
   times.loop_share_ns += loop.share_ns;
   loop.verdict = LoopVerdict::closed;

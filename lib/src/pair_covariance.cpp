@@ -25,10 +25,23 @@ PairCovariance appendix_a(const IcpSums& sums) {
   return pair;
 }
 
-PairCovariance from_curvature(const IcpResult& result) {
+PairCovariance from_curvature(const IcpResult& result, const IcpUncertainty& uncertainty, const IcpPrior* prior) {
   PairCovariance pair;
   if (result.verdict == IcpVerdict::too_few_correspondences) return pair;
-  const SymmetricSolver<6> solver(result.information, singular);
+  const double variance_m2 = std::max(1e-6, result.rms_m * result.rms_m);
+  // Information of match and prior: H (noise H + F)^-1 H, with H and F in units of the residuals' variance.
+  Vector6d force = Vector6d::Constant(uncertainty.pull * result.correspondences / variance_m2);
+  force.tail<3>() *= result.lever_m * result.lever_m;
+  Matrix6d spread = uncertainty.noise * result.information;
+  spread.diagonal() += force;
+  Matrix6d information = result.information * SymmetricSolver<6>(spread).inverse() * result.information;
+  if (prior != nullptr) {
+    const Eigen::Vector3d& p = result.model_from_data.translation_m;
+    Matrix6d place = Matrix6d::Identity();
+    place.topRightCorner<3, 3>() << 0, p.z(), -p.y(), -p.z(), 0, p.x(), p.y(), -p.x(), 0;
+    information += place.transpose() * SymmetricSolver<6>(prior->covariance).inverse() * place;
+  }
+  const SymmetricSolver<6> solver(0.5 * (information + information.transpose()), singular);
   pair.is_known = solver.is_definite();
   pair.covariance = solver.inverse();
   pair.variance_m2 = result.rms_m * result.rms_m;

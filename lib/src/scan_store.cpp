@@ -132,7 +132,8 @@ Status ScanStore::add(std::span<const Point> points) {
   Slot& slot = oldest_slot();
   slot.scan = UINT32_MAX;
   if (!slot.tree.build(rounded, tree_scratch_)) return Status::no_point_capacity;
-  slot.sample_count = sample_surface(slot.tree, config_.surface, slot.samples);
+  slot.spacing = measure_spacing(slot.tree, config_.surface.neighbors);
+  slot.sample_count = sample_surface(slot.tree, config_.surface, slot.spacing, slot.samples);
 
   std::byte* at = record_scratch_.data();
   put(at, encoder.box);
@@ -196,7 +197,7 @@ Status ScanStore::load(std::uint32_t scan, StoredScan& stored) {
     if (!decode(record, scan, *slot)) return Status::archive_read_failed;
   }
   slot->last_use = ++use_;
-  stored = {&slot->tree, slot->samples.first(slot->sample_count)};
+  stored = {&slot->tree, slot->samples.first(slot->sample_count), slot->spacing};
   return Status::ok;
 }
 
@@ -223,6 +224,7 @@ bool ScanStore::decode(std::span<const std::byte> record, std::uint32_t scan, Sl
     if (sample.index >= entry.point_count) return false;
   }
   if (!slot.tree.restore(points)) return false;
+  slot.spacing = measure_spacing(slot.tree, config_.surface.neighbors);  // the same tree gives the same
   slot.scan = scan;
   slot.last_use = ++use_;
   return true;

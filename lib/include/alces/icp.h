@@ -9,7 +9,7 @@
 // merged.
 //
 // Time: at most iterations x samples nearest-neighbour queries.
-// Memory: 52 bytes a correspondence of capacity.
+// Memory: 56 bytes a correspondence of capacity.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,6 +26,18 @@ namespace alces {
 enum class IcpMetric : std::uint8_t {
   point_to_point,  ///< the paper's: Horn's unit quaternions
   surface,         ///< along the normal where there is a plane, weakly to the point elsewhere (Gauss-Newton)
+};
+
+/// How far off a match is for its curvature.
+///
+/// The errors of correspondences are not independent. Wrong normals and wrong partners pull as one force, the
+/// harder the fewer samples hold a direction: of n correspondences with residuals of rms s, a force of
+/// sqrt(n * pull) * s in every direction. With H the curvature of squares, L the samples' typical distance:
+///   C = s^2 H^-1 (noise H + pull n diag(1, 1, 1, L^2, L^2, L^2)) H^-1
+/// Measured on drives whose truth is known: docs/benchmarks.md.
+struct IcpUncertainty {
+  double noise = 2;
+  double pull = 0.1;
 };
 
 /// The defaults are those of a match that knows little; MapperConfig has others for its two uses.
@@ -46,12 +58,26 @@ struct IcpConfig {
   float fit_distance_m = 0.1F;   ///< of IcpResult::fit: along the normal where there is a plane, else whole
   float degenerate_ratio =
       1e-3F;  ///< smallest over largest curvature below this: a direction is undetermined
+  IcpUncertainty uncertainty;  ///< what a prior is weighed against
+  /// A sample is paired only with what was seen from the same side: the two faces of a wall are no pair.
+  bool same_side = true;
+  /// Half of the samples are the model's, and ask the data: what is paired wrongly where one side sees more
+  /// densely than the other pulls both ways then, and does not add up over a drive. Surface metric only.
+  bool both_ways = true;
+};
+
+/// What is known of a match before it is made: of odometry, or of the map so far. It holds the match along
+/// the directions that the scans leave open, as strongly as its covariance says.
+struct IcpPrior {
+  Pose model_from_data;
+  /// Of the data's place and orientation: covariance of (translation m, rotation vector rad), model frame.
+  Matrix6d covariance = Matrix6d::Identity();
 };
 
 /// One scan on either side of a match.
 struct IcpScan {
   const KdTree* tree = nullptr;
-  std::span<const SurfaceSample> samples;  ///< looked at on the data side only
+  std::span<const SurfaceSample> samples;  ///< what asks
   Pose side_from_body;                     ///< into the common frame of its side (model or data)
 };
 
@@ -79,12 +105,17 @@ struct IcpResult {
   std::uint32_t iterations = 0;
   std::uint32_t correspondences = 0;  ///< of the last iteration
   std::uint32_t queries = 0;          ///< samples that asked for one
-  double overlap = 0;                 ///< correspondences / queries
+  std::uint32_t behind = 0;           ///< of those, found what was seen from the other side
+  double overlap = 0;                 ///< share of the data's samples that have one
   double fit = 0;    ///< share of all samples that lie on the model, to within fit_distance_m
+  /// The same for the surfaces that face along each of three axes, and of these shares the mean: the ground
+  /// fits wherever a vehicle may be, so that it must not outvote the walls.
+  double balanced_fit = 0;
   double rms_m = 0;  ///< of what is minimised: along normals, or of whole distances
   /// Of model_from_data: inverse covariance of a left perturbation (translation m, rotation vector rad) in
-  /// the model frame; all correspondences taken as independent.
+  /// the model frame; all correspondences taken as independent. A prior is not in it.
   Matrix6d information = Matrix6d::Zero();
+  double lever_m = 1;  ///< the samples' typical distance, by which a rotation moves them
   /// Where the verdict is degenerate: the least determined direction, (translation m, rotation vector rad) in
   /// the model frame, unit length. Zero otherwise.
   Vector6d weak_direction = Vector6d::Zero();
@@ -111,14 +142,15 @@ class Icp {
   static constexpr std::uint32_t maximum_model_scans = 16;
 
   constexpr Icp(Arena& arena, std::uint32_t correspondence_capacity)
-      : data_(arena.allocate<DataPoint>(correspondence_capacity)) {}
+      : samples_(arena.allocate<Sample>(correspondence_capacity)) {}
 
-  /// Finds model_from_data from the initial one. `trace`, if not empty, takes what each iteration did.
+  /// Finds model_from_data from the initial one. `prior`, unless null, weighs in.
+  /// `trace`, if not empty, takes what each iteration did.
   /// Data samples beyond the capacity are thinned out evenly. An empty model, one of more than
   /// maximum_model_scans, or data without samples: too_few_correspondences.
   [[nodiscard]] IcpResult match(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                 const Pose& initial_model_from_data, const IcpConfig& config,
-                                std::span<IcpIteration> trace = {});
+                                const IcpPrior* prior = nullptr, std::span<IcpIteration> trace = {});
 
   static constexpr std::uint32_t maximum_shift_steps = 64;
   static constexpr std::uint32_t maximum_facing_samples = 192;
@@ -140,26 +172,30 @@ class Icp {
                                             std::span<double> shifts_m);
 
  private:
-  struct DataPoint {
-    Point point;            // data frame
-    Point normal;           // data frame
+  struct Direction;
+  struct FacingShares;
+  struct Sample {
+    Point point;            // frame of its side
+    Point normal;           // frame of its side
     float plane_weight;     // 0: no plane
-    std::uint32_t model;    // scan that the sample asked last
+    float incidence;        // cosine between the normal and the way to the scanner
+    std::uint32_t scan;     // of the other side, that the sample asked last
     std::uint32_t nearest;  // what it answered
     Point asked;            // from where, in that scan's frame
     float others_m;         // how far from there all other points of that scan are at least
   };
-  static void find_nearest(DataPoint& point, std::uint32_t m, const KdTree& tree, const Point& place,
+  static void find_nearest(Sample& point, std::uint32_t scan, const KdTree& tree, const Point& place,
                            float limit_m);
 
-  std::uint32_t gather(std::span<const IcpScan> data);
+  /// Samples spread evenly over those of the scans, as many as there is room for.
+  static std::span<Sample> gather(std::span<const IcpScan> scans, std::span<Sample> room);
   std::uint32_t gather_facing(std::span<const IcpScan> data, const Pose& model_from_data,
                               const Eigen::Vector3d& direction);
   [[nodiscard]] static std::uint32_t count_fitting(std::span<const IcpScan> model,
-                                                   std::span<const DataPoint> points,
+                                                   std::span<const Sample> points,
                                                    const Pose& model_from_data, const IcpConfig& config);
 
-  std::span<DataPoint> data_;
+  std::span<Sample> samples_;
 };
 
 }  // namespace alces

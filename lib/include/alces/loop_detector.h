@@ -5,7 +5,7 @@
 // LoopDetector answers "nearest earlier scan within reach" from a spatial hash: cells of the largest reach,
 // in a table with one chained list a bucket. LoopTrigger turns the answers of successive scans into loops.
 //
-// Memory: 32 to 36 bytes a scan; with GPS positions twice that.
+// Memory: 40 to 44 bytes a scan; with GPS positions 32 to 36 more.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,6 +27,9 @@ struct LoopDetectorConfig {
   double sigma_factor =
       0;  ///< reach = min(radius_cap_m, radius_m + sigma_factor * sigma_m); 0: always radius_m
   std::uint32_t minimum_gap_scans = 20;  ///< the earlier scan's number is smaller by at least this; not 0
+  /// And the way driven in between is at least this long, so that scans of one pass are no revisit however
+  /// densely they follow each other: twice the reach, which a straight way of this length has left.
+  double minimum_gap_m = 30;
   bool use_gps = false;                  ///< room for GPS positions
 };
 
@@ -40,6 +43,7 @@ class LoopDetector {
   constexpr LoopDetector(Arena& arena, const LoopDetectorConfig& config)
       : config_(config),
         positions_m_(arena.allocate<Eigen::Vector3d>(config.scan_capacity)),
+        driven_m_(arena.allocate<double>(config.scan_capacity)),
         by_position_(arena, config.scan_capacity),
         gps_positions_m_(arena.allocate<Eigen::Vector3d>(config.use_gps ? config.scan_capacity : 0)),
         by_gps_position_(arena, config.use_gps ? config.scan_capacity : 0) {}
@@ -51,17 +55,17 @@ class LoopDetector {
   /// Forgets all scans. O(capacity).
   void clear();
 
-  /// Appends the position of the next scan and, if it has one, its GPS position, in any metric frame of its
-  /// own. bad_pose (not finite), no_scan_capacity, bad_config (a GPS position without use_gps). O(1).
-  [[nodiscard]] Status add(const Eigen::Vector3d& position_m,
+  /// Appends the position of the next scan, the way driven to it since the first (not less than before) and, if
+  /// it has one, its GPS position, in any metric frame of its own. bad_pose (not finite), no_scan_capacity, bad_config (a GPS position without use_gps). O(1).
+  [[nodiscard]] Status add(const Eigen::Vector3d& position_m, double driven_m,
                            const Eigen::Vector3d* gps_position_m = nullptr);
 
   /// Takes the positions of these poses for the scans 0, 1, ... after the map was bent; GPS positions stay
   /// with the scans that have them. bad_pose and no_scan_capacity leave everything as it was. O(capacity).
   [[nodiscard]] Status rebuild(std::span<const Pose> map_from_body);
 
-  /// The scan nearest to `position_m` of those up to `newest_scan - minimum_gap_scans`, if one is within
-  /// reach; of equally near ones the first. sigma_m: standard deviation of the position relative to the
+  /// The scan nearest to `position_m` of those that are far enough before `newest_scan` in scans and in metres
+  /// driven, if one is within reach; of equally near ones the first. sigma_m: standard deviation of the position relative to the
   /// earlier scans, where it is known. Against scans that have a GPS position the distance between the GPS
   /// positions counts, if there is one here. Looks at the scans in at most 27 cells (8 when the reach is half
   /// the cap): O(1) on a drive that goes somewhere, O(scans) for a vehicle that never leaves the place.
@@ -89,6 +93,7 @@ class LoopDetector {
 
   LoopDetectorConfig config_;
   std::span<Eigen::Vector3d> positions_m_;
+  std::span<double> driven_m_;
   Grid by_position_;
   std::span<Eigen::Vector3d> gps_positions_m_;  ///< NaN where a scan has none
   Grid by_gps_position_;

@@ -41,10 +41,15 @@ class LoopSharing {
   /// Takes the graph apart for the loop f..l. Errors are LoopOptimizer::prepare's.
   [[nodiscard]] Status prepare(const PoseGraph& graph, std::uint32_t f, std::uint32_t l);
 
-  /// How well the uncertainty accumulated along the shortest way from f to l explains that l really lies at
-  /// `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of freedom; infinite where the
-  /// way's edges leave a direction without any. After prepare(). O(edges of that way).
-  [[nodiscard]] double mahalanobis2(const PoseGraph& graph, const Pose& map_from_l) const;
+  /// Covariance of (place m, rotation vector rad) of l as seen from f, axes of the map: what the edges of the
+  /// shortest way from f to l can be off by. After prepare(). O(edges of that way).
+  [[nodiscard]] Matrix6d covariance(const PoseGraph& graph) const;
+
+  /// How well the uncertainty accumulated along the shortest way from f to l, and that of the match itself,
+  /// explain that l really lies at `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of
+  /// freedom; infinite where the way's edges leave a direction without any. After prepare(). As covariance().
+  [[nodiscard]] double mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
+                                    const EdgeVariance& match) const;
 
   /// Bends all poses so that l lies at `map_from_l` as seen from f. After prepare(), with the graph
   /// unchanged. O(n). disconnected (nothing is prepared), bad_pose; then nothing has moved.

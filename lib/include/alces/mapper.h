@@ -15,41 +15,49 @@
 #include "alces/loop_detector.h"
 #include "alces/loop_relaxation.h"
 #include "alces/loop_sharing.h"
+#include "alces/map_verdict.h"
+#include "alces/motion_prior.h"
 #include "alces/pair_covariance.h"
 #include "alces/pose.h"
 #include "alces/pose_graph.h"
 #include "alces/scan_archive.h"
 #include "alces/scan_store.h"
+#include "alces/start_search.h"
 #include "alces/status.h"
+#include "alces/step_judge.h"
 #include "alces/voxel_grid.h"
 
 namespace alces {
 
 /// When a loop is believed before it bends the map. A refused loop is reported with its reason.
 struct BeliefConfig {
+  /// A loop is only matched where the map can be off by more than this (standard deviation): what closes
+  /// nothing is not added. While loops are used up faster than scans, it grows (see Mapper), so that a patrol
+  /// over the same streets never runs out of loops before it runs out of scans.
+  double known_m = 0.03;
   double minimum_overlap = 0.4;  ///< share of the data's samples that find a correspondence, 0 to 1
   double maximum_rms_m = 0.10;   ///< of the residuals of the match
   /// Squared length of the correction against the uncertainty accumulated along the loop.
-  double maximum_mahalanobis2 = 30;
+  double maximum_mahalanobis2 = 25;
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
   /// samples that face along the two weaker directions of the match this share has to lie on the model.
-  double minimum_wall_fit = 0.1;
+  double minimum_wall_fit = 0.15;
+  double minimum_fit_share = 0.7;  ///< of the fit that is usual on this drive, if l moves by more than that:
   double small_correction_m = 0.5;  ///< of what l sees 15 m away: up to here no walls are asked for
 };
 
 /// Where the match of a loop starts beside where the poses say.
 ///
-/// Turned: a drift of many degrees is beyond the reach of ICP. A match with a small overlap is tried turned
-/// about l's upright by multiples of a step, to both sides; the largest overlap wins.
+/// Searched: a drift of many degrees or metres is beyond the reach of ICP. Where the first match is not sure,
+/// StartSearch looks for other starts, as far around as the map can be off.
 ///
 /// Shifted: between long walls a match comes together anywhere along them, because what lies across is few
 /// samples, and robust weights take them for the odd ones out. So those few are asked alone, where along the
 /// weakest direction they fit best (Icp::likely_shifts), and the match starts anew from the best three such
 /// places; one where more of all samples come to lie on the model (IcpResult::fit) wins.
 struct LoopSearchConfig {
-  double sure_overlap = 0.6;  ///< from here on no other start is tried
-  double turn_step_rad = 0.14;
-  std::uint32_t turn_steps = 2;   ///< to each side; 0: the paper
+  double sure_overlap = 0.6;      ///< from here on no other start is tried ...
+  double sure_fit_share = 0.8;    ///< ... if the surfaces fit so well, too, as a share of what is usual
   std::uint32_t iterations = 12;  ///< of each such start
   double shift_step_m = 0.1;
   std::uint32_t shift_steps = 40;  ///< to each side, at most Icp::maximum_shift_steps; 0: the paper
@@ -71,9 +79,16 @@ struct MapperConfig {
   /// Residuals that count little begin early, and pairs are near: what is paired wrongly on the ground is a
   /// wall's foot or a car, always above it, and would pitch every step a little upward.
   IcpConfig scan_match{.last_distance_limit_m = 0.5F, .robust_factor = 2.5F, .robust_scale_m = 0.02F};
+  float pair_reach = 2;  ///< pairs may be this many times the scan's typical spacing apart, or the last limit
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
-  bool learn_odometry_heading =
-      true;  ///< predict with the heading offset that matches show the odometry to have
+  MotionUncertainty motion;
+  bool use_motion_prior = true;  ///< the prediction holds a match where the scans leave it open
+  float longest_reach_m = 6;     ///< pairs of a first iteration, however far predictions are off
+  StepBelief step_belief;
+  int dbg_power = 2;
+  bool judge_steps = true;   ///< a match that is not believed gives way to the odometry
+  bool search_steps = true;  ///< and other starts are looked for before
+  StartSearchConfig start_search;
   std::uint32_t correspondence_capacity = 4096;
   bool label_with_appendix_a =
       false;  ///< edges' variances from Appendix A instead of the curvature minimised on
@@ -105,6 +120,7 @@ enum class LoopVerdict : std::uint8_t {
   refused_overlap,      ///< too few points found a partner
   refused_residual,     ///< they came together badly
   refused_walls,        ///< nothing but the ground fits
+  refused_fit,          ///< the surfaces fit worse than those of the drive's steps
   refused_implausible,  ///< the correction is larger than the accumulated uncertainty explains
   refused_capacity,     ///< no room for the edge
   refused_archive,      ///< a scan of the loop could not be brought back
@@ -123,6 +139,9 @@ struct LoopReport {
   double mahalanobis2 = 0;
   double correction_m = 0;  ///< how far l moved against f
   double correction_rad = 0;
+  double fit = 0;         ///< IcpResult::balanced_fit
+  double usual_fit = 0;   ///< of the steps, at the time
+  double expected_m = 0;  ///< standard deviation of l's place against f, before
   std::uint32_t iterations = 0;
   std::uint64_t share_ns = 0;  ///< LOA and sharing out, or the LoopRelaxation; 0 without a clock
 };
@@ -144,8 +163,12 @@ struct ScanReport {
   std::uint32_t iterations = 0;
   std::uint32_t correspondences = 0;
   double overlap = 0;
+  double fit = 0;
   double rms_m = 0;
-  bool is_predicted = false;    ///< the match failed: the pose is the odometry's
+  StepVerdict step = StepVerdict::first;
+  StepDoubt doubt = StepDoubt::none;   ///< of the last match that was tried
+  double motion_mahalanobis2 = 0;      ///< of that match, against the prediction
+  bool is_predicted = false;    ///< the match is not believed: the pose is the prediction's
   bool archive_failed = false;  ///< a scan to match with could not be brought back
   bool loop_offered = false;
   LoopReport loop;
@@ -197,6 +220,12 @@ class Mapper {
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
   [[nodiscard]] std::uint32_t scan_count() const { return graph_.vertex_count(); }
 
+  /// What the map is worth as it stands. O(scans + loops).
+  [[nodiscard]] MapHealth health() const;
+
+  /// How the scan was placed. `scan` below scan_count().
+  [[nodiscard]] StepVerdict step_verdict(std::uint32_t scan) const { return steps_[scan].verdict; }
+
   /// The loops offered so far, in order, up to four times loop_capacity of them.
   [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }
 
@@ -216,6 +245,7 @@ class Mapper {
     std::uint32_t gps_not_finite = 0;    ///< positions that were left out
     std::uint32_t loops_offered = 0;
     std::uint32_t loops_closed = 0;
+    std::uint32_t loops_known = 0;       ///< would have told nothing that the map does not know: not matched
     std::uint32_t loops_not_listed = 0;   ///< beyond the capacity of loops()
     std::uint32_t loops_not_relaxed = 0;  ///< the LoopRelaxation could not, LOA did
   };
@@ -236,28 +266,42 @@ class Mapper {
     double rotation_rad2 = 0;
   };
 
-  // The heading of the scanner in the odometry's body, as far as the steps matched so far tell: many
-  // recordings have a constant offset there, which would put every prediction to one side.
-  struct OdometryHeading {
-    double cosine_m2 = 0;
-    double sine_m2 = 0;
-    void learn(const Pose& matched_step, const Pose& odometry_step);
-    [[nodiscard]] Pose correct(const Pose& odometry_step) const;
+  struct Step {
+    Pose last_from_next;
+    EdgeVariance variance;
+    StepVerdict verdict = StepVerdict::first;
+    double fit_share = 1;  // of what is usual
   };
-
-  [[nodiscard]] Pose predict(const Pose* odometry_from_body) const;
+  struct StepRecord {  // what is kept of a step
+    StepVerdict verdict = StepVerdict::first;
+    std::uint8_t fit_percent = 100;  // of what is usual, at most 255
+  };
+  [[nodiscard]] Step match_step(std::uint32_t n, const MotionPrior::Prediction& prediction, ScanReport& report);
+  [[nodiscard]] IcpConfig step_config(const MotionPrior::Prediction& prediction,
+                                      const ScanSpacing& spacing) const;
+  [[nodiscard]] bool search_step(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
+                                 const MotionPrior::Prediction& prediction, const IcpConfig& config,
+                                 IcpResult& match);
+  [[nodiscard]] bool search_against_odometry(std::span<const IcpScan> model, const IcpScan& data,
+                                             const Pose& map_from_last, const ScanSpacing& spacing,
+                                             const IcpConfig& config, IcpResult& match, StepDoubt& doubt);
+  void add_step(std::uint32_t n, const Step& step);
+  void look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_m, ScanReport& report);
   [[nodiscard]] bool load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side,
                                    std::span<IcpScan> scans, std::uint32_t& count);
   [[nodiscard]] IcpResult match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                                     const Pose& model_from_data);
-  [[nodiscard]] IcpResult match_turned(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                                       const Pose& model_from_data, const IcpResult& straight);
+                                     const IcpPrior& prior, const IcpConfig& config,
+                                     const Eigen::Quaterniond& map_from_f);
+  [[nodiscard]] IcpResult match_searched(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                         const IcpPrior& prior, const IcpConfig& config,
+                                         const Eigen::Quaterniond& map_from_f, const IcpResult& straight);
   [[nodiscard]] IcpResult match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                                        const IcpResult& match);
+                                        const IcpConfig& config, const IcpPrior* prior, const IcpResult& match);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
-  [[nodiscard]] EdgeVariance label(const IcpResult& match, const Eigen::Quaterniond& map_from_model) const;
+  [[nodiscard]] EdgeVariance label(const IcpResult& match, const IcpPrior* prior,
+                                   const Eigen::Quaterniond& map_from_model) const;
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
   [[nodiscard]] Status bend(const Edge& edge, const Pose& map_from_l);
@@ -270,19 +314,21 @@ class Mapper {
   std::span<Point> reduced_;
   ScanStore store_;
   Icp icp_;
+  StartSearch start_search_;
   PoseGraph graph_;
   LoopDetector detector_;
   LoopTrigger trigger_;
   LoopSharing sharing_;
   std::span<Spread> spreads_;
+  std::span<StepRecord> steps_;
   std::span<LoopReport> loops_;
-  std::span<Pose> last_odometry_;  // one
   StageClock* clock_ = nullptr;
   LoopRelaxation* relaxation_ = nullptr;
-  OdometryHeading heading_;
+  std::span<MotionPrior> motion_;  // one
+  UsualFit usual_fit_;
+  double driven_m_ = 0;
   std::size_t used_bytes_ = 0;
   std::uint32_t loop_count_ = 0;
-  bool has_odometry_ = false;
   Counters counters_;
 };
 
@@ -300,12 +346,16 @@ constexpr MapperConfig MapperConfig::paper() {
   config.loop_match.first_distance_limit_m = 4;
   config.detector = LoopDetectorConfig{};
   config.model_scans = 1;
-  config.learn_odometry_heading = false;
+  config.motion.learn_heading = false;
+  config.motion.learn_delay = false;
+  config.use_motion_prior = false;
+  config.judge_steps = false;
+  config.search_steps = false;
+  config.pair_reach = 0;
   config.label_with_appendix_a = true;
   config.edge_uncertainty = {
       .inflation = 1, .minimum_translation_m = 1e-6, .minimum_rotation_rad = 1e-7, .unconverged_factor = 1};
   config.trigger.repeat_after_scans = 0;
-  config.loop_search.turn_steps = 0;
   config.loop_search.shift_steps = 0;
   config.loop_search.candidates = 1;
   config.sharing = SharingRule::paper;
@@ -313,6 +363,7 @@ constexpr MapperConfig MapperConfig::paper() {
   config.belief.maximum_rms_m = 0.5;
   config.belief.maximum_mahalanobis2 = 3000;
   config.belief.minimum_wall_fit = 0;
+  config.belief.minimum_fit_share = 0;
   return config;
 }
 
@@ -323,13 +374,15 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
       store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
                      config.surface}),
       icp_(arena, config.correspondence_capacity),
+      start_search_(arena),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
       detector_(arena, config.detector),
       trigger_(config.trigger),
       sharing_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
       spreads_(arena.allocate<Spread>(config.scan_capacity)),
+      steps_(arena.allocate<StepRecord>(config.scan_capacity)),
       loops_(arena.allocate<LoopReport>(4 * std::size_t{config.loop_capacity})),
-      last_odometry_(arena.allocate<Pose>(1)) {}
+      motion_(arena.allocate<MotionPrior>(1)) {}
 
 constexpr std::size_t Mapper::memory_required(const MapperConfig& config) {
   Arena arena;

@@ -22,16 +22,16 @@ struct PairCovariance {
 /// Appendix A from the sums of the last iteration.
 [[nodiscard]] PairCovariance appendix_a(const IcpSums& sums);
 
-/// C from the curvature that a match has minimised on: right where surfaces could slide.
-[[nodiscard]] PairCovariance from_curvature(const IcpResult& result);
+/// C from the curvature that a match has minimised on: right where surfaces could slide, and with what
+/// correspondences have in common (IcpUncertainty). `prior`, unless null: what the match was held by counts, too.
+[[nodiscard]] PairCovariance from_curvature(const IcpResult& result, const IcpUncertainty& uncertainty = {},
+                                            const IcpPrior* prior = nullptr);
 
-/// Correspondences share their errors (motion during the scan, the choice of points), so that thousands of
-/// them do not make a pose thousands of times surer: as if every `inflation` of them were one, on top of a
-/// floor.
+/// What an edge's label has beside the covariance of its match.
 struct EdgeUncertainty {
-  double inflation = 1000;               ///< factor on the covariance
-  double minimum_translation_m = 0.005;  ///< standard deviation added on each axis
-  double minimum_rotation_rad = 0.001;   ///< standard deviation added about each axis
+  double inflation = 15;                 ///< factor on the covariance: real drives err more than simulated ones
+  double minimum_translation_m = 0.003;  ///< standard deviation added on each axis
+  double minimum_rotation_rad = 0.0003;  ///< standard deviation added about each axis
   /// Factor on the covariance of a match that used up its iterations: it was still moving, and by how much it
   /// would have gone on, its residuals do not tell.
   double unconverged_factor = 5;

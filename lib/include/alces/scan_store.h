@@ -33,6 +33,7 @@ struct ScanStoreConfig {
 struct StoredScan {
   const KdTree* tree = nullptr;
   std::span<const SurfaceSample> samples;
+  ScanSpacing spacing;
 };
 
 class ScanStore {
@@ -88,6 +89,7 @@ class ScanStore {
     std::uint32_t scan = UINT32_MAX;
     std::uint64_t last_use = 0;
     std::uint32_t sample_count = 0;
+    ScanSpacing spacing;
     KdTree tree;
     std::span<SurfaceSample> samples;
   };

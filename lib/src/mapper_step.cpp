@@ -1,0 +1,198 @@
+// Mapper: how a scan is matched to those before it, and what becomes of a match that is not believed.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "alces/mapper.h"
+
+namespace alces {
+namespace {
+
+IcpPrior prior_of(const MotionPrior::Prediction& prediction) {
+  IcpPrior prior;
+  prior.model_from_data = prediction.last_from_next;
+  const Eigen::Matrix3d axes = prediction.last_from_next.rotation.toRotationMatrix();
+  prior.covariance.setZero();
+  prior.covariance.topLeftCorner<3, 3>() = axes * prediction.variance.head<3>().asDiagonal() * axes.transpose();
+  prior.covariance.bottomRightCorner<3, 3>() =
+      axes * prediction.variance.tail<3>().asDiagonal() * axes.transpose();
+  return prior;
+}
+
+}  // namespace
+
+// The edge's variance along the map's axes.
+EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior,
+                           const Eigen::Quaterniond& map_from_model) const {
+  PairCovariance covariance = config_.label_with_appendix_a
+                                  ? appendix_a(match.sums)
+                                  : from_curvature(match, config_.scan_match.uncertainty, prior);
+  if (match.verdict == IcpVerdict::iteration_limit)
+    covariance.covariance *= config_.edge_uncertainty.unconverged_factor;
+  if (config_.judge_steps) {  // what fits worse than usual is less sure
+    const double shortfall = std::max(1.0, usual_fit_.fit() / std::max(match.balanced_fit, 0.05));
+    double factor = 1; for (int i = 0; i < config_.dbg_power; ++i) factor *= shortfall;
+    covariance.covariance *= factor;
+  }
+  return edge_variance(covariance, match.model_from_data, map_from_model, config_.edge_uncertainty);
+}
+
+Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& prediction, ScanReport& report) {
+  const Pose map_from_last = graph_.poses()[n - 1];
+  const IcpPrior prior = prior_of(prediction);
+  // Constant velocity is a guess to start from, and no measurement.
+  const IcpPrior* const used_prior = config_.use_motion_prior && prediction.from_odometry ? &prior : nullptr;
+  std::array<IcpScan, maximum_metascan> room;
+  std::uint32_t model_count = 0;
+  StoredScan newest;
+  IcpResult match;
+  match.model_from_data = prediction.last_from_next;
+  StepDoubt doubt = StepDoubt::no_match;
+  const double usual_fit = usual_fit_.fit();
+  bool was_searched = false;
+  bool contradicts_odometry = false;
+  if (load_metascan(n - std::min(n, config_.model_scans), n, map_from_last, room, model_count) &&
+      store_.load(n, newest) == Status::ok) {
+    const std::span<const IcpScan> model = std::span(room).first(model_count);
+    const IcpScan data{newest.tree, newest.samples, Pose{}};
+    const IcpConfig config = step_config(prediction, newest.spacing);
+    match = icp_.match(model, {&data, 1}, prediction.last_from_next, config, used_prior);
+    doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
+    if (doubt != StepDoubt::none && config_.search_steps) {
+      was_searched = search_step(model, data, map_from_last, prediction, config, match);
+      doubt = judge_step(match, prediction, usual_fit_.fit(), true, config_.step_belief);
+      if (prediction.from_odometry && (doubt != StepDoubt::none || match.balanced_fit < usual_fit_.fit())) {
+        contradicts_odometry =
+            search_against_odometry(model, data, map_from_last, newest.spacing, config, match, doubt);
+        was_searched = was_searched || contradicts_odometry;
+      }
+    }
+    if (doubt == StepDoubt::none) usual_fit_.learn(match.balanced_fit);
+  } else {
+    report.archive_failed = true;
+    ++counters_.archive_failures;
+  }
+  if (!is_valid(map_from_last * match.model_from_data)) doubt = StepDoubt::no_match;  // at the edge of what is a place
+
+  Step step;
+  const bool is_believed = doubt == StepDoubt::none || (!config_.judge_steps && doubt != StepDoubt::no_match);
+  step.last_from_next = is_believed ? match.model_from_data : prediction.last_from_next;
+  if (is_believed) {
+    step.verdict = contradicts_odometry ? StepVerdict::against_odometry
+                   : was_searched       ? StepVerdict::found
+                                        : StepVerdict::believed;
+    step.variance = label(match, contradicts_odometry ? nullptr : used_prior, map_from_last.rotation);
+  } else {
+    step.verdict = prediction.from_odometry ? StepVerdict::on_odometry : StepVerdict::apart;
+    step.variance = edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, Pose{}, map_from_last.rotation,
+                                  config_.edge_uncertainty);
+  }
+  step.fit_share = match.balanced_fit / usual_fit;
+  report.match = match.verdict;
+  report.iterations = match.iterations;
+  report.correspondences = match.correspondences;
+  report.overlap = match.overlap;
+  report.fit = match.balanced_fit;
+  report.rms_m = match.rms_m;
+  report.step = step.verdict;
+  report.doubt = doubt;
+  report.motion_mahalanobis2 = prediction.mahalanobis2(match.model_from_data);
+  report.is_predicted = !is_believed;
+  return step;
+}
+
+// How far pairs may be apart: at first as far as the prediction can be off, at last as far as points of one
+// surface are.
+IcpConfig Mapper::step_config(const MotionPrior::Prediction& prediction, const ScanSpacing& spacing) const {
+  IcpConfig config = config_.scan_match;
+  config.last_distance_limit_m = std::max(config.last_distance_limit_m, config_.pair_reach * spacing.typical_m);
+  if (config_.use_motion_prior) {
+    const double off_m = 3 * (prediction.sigma_m() + prediction.sigma_rad() * static_cast<double>(spacing.range_m));
+    config.first_distance_limit_m =
+        std::clamp(static_cast<float>(off_m), config.first_distance_limit_m, config_.longest_reach_m);
+  }
+  config.first_distance_limit_m = std::max(config.first_distance_limit_m, config.last_distance_limit_m);
+  return config;
+}
+
+// Tries other starts than the prediction. True: `match` is a better one.
+bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
+                         const MotionPrior::Prediction& prediction, const IcpConfig& config, IcpResult& match) {
+  const double most_turn_rad =
+      prediction.from_odometry ? std::clamp(4 * prediction.sigma_rad(), 0.3, std::numbers::pi) : std::numbers::pi;
+  std::array<Start, StartSearch::most_starts> room;
+  room[0].model_from_data = prediction.last_from_next;
+  const std::uint32_t found =
+      1 + start_search_.find(model, {&data, 1}, prediction.last_from_next, map_from_last.rotation,
+                             static_cast<float>(most_turn_rad), config_.start_search, std::span(room).subspan(1));
+  IcpConfig quick = config;
+  quick.maximum_iterations = 15;
+  quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * config_.start_search.cell_m);
+  const IcpPrior prior = prior_of(prediction);
+  const IcpPrior* const used = config_.use_motion_prior && prediction.from_odometry ? &prior : nullptr;
+  IcpResult best = match;
+  bool is_better = false;
+  for (const Start& start : std::span(room).first(found)) {
+    const IcpResult tried = icp_.match(model, {&data, 1}, start.model_from_data, quick, used);
+    if (tried.verdict == IcpVerdict::too_few_correspondences || tried.balanced_fit < best.balanced_fit + 0.03) continue;
+    best = tried;
+    is_better = true;
+  }
+  if (is_better) {
+    IcpConfig full = config;
+    full.maximum_iterations = 2 * config.maximum_iterations;
+    best = icp_.match(model, {&data, 1}, best.model_from_data, full, used);
+  }
+  // Between long walls it may have slid, as a loop may.
+  const bool is_found = best.verdict == IcpVerdict::converged || best.verdict == IcpVerdict::degenerate;
+  const IcpResult shifted = is_found ? match_shifted(model, {&data, 1}, config, used, best) : best;
+  if (shifted.balanced_fit > best.balanced_fit) {
+    best = shifted;
+    is_better = true;
+  }
+  if (is_better) match = best;
+  return is_better;
+}
+
+// Wheels spin, and buses freeze: a match that fits as well as matches do, and better than the one which the
+// odometry allows, is believed against it. True: so it is, and `match` is that one.
+bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
+                                     const ScanSpacing& spacing, const IcpConfig& config, IcpResult& match,
+                                     StepDoubt& doubt) {
+  constexpr double clearly_worse = 0.7;  // than the free match: how the match that odometry allows fits
+  const MotionPrior::Prediction free = motion_[0].as_it_went();
+  IcpResult free_match = icp_.match(model, {&data, 1}, free.last_from_next, step_config(free, spacing));
+  if (judge_step(free_match, free, usual_fit_.fit(), false, config_.step_belief) != StepDoubt::none)
+    (void)search_step(model, data, map_from_last, free, config, free_match);
+  const bool is_usual = free_match.verdict == IcpVerdict::converged &&
+                        free_match.balanced_fit >= config_.step_belief.usual_fit_share * usual_fit_.fit();
+  if (!is_usual || match.balanced_fit > clearly_worse * free_match.balanced_fit) return false;
+  match = free_match;
+  doubt = StepDoubt::none;
+  return true;
+}
+
+void Mapper::add_step(std::uint32_t n, const Step& step) {
+  // Certain: there is room for as many vertices as scans and for an edge each, and the poses are valid.
+  steps_[n] = {step.verdict, static_cast<std::uint8_t>(std::clamp(100 * step.fit_share, 0.0, 255.0))};
+  if (n == 0) {
+    (void)graph_.add_vertex(Pose{});
+    return;
+  }
+  const Pose map_from_last = graph_.poses()[n - 1];
+  (void)graph_.add_vertex(map_from_last * step.last_from_next);
+  Edge edge;
+  edge.from = n - 1;
+  edge.to = n;
+  edge.from_from_to = step.last_from_next;
+  edge.variance = step.variance;
+  (void)graph_.add_edge(edge);
+  const double step_m2 = step.last_from_next.translation_m.squaredNorm();
+  driven_m_ += std::sqrt(step_m2);
+  spreads_[n].rotation_rad2 = spreads_[n - 1].rotation_rad2 + edge.variance.rotation_rad2;
+  spreads_[n].translation_m2 = spreads_[n - 1].translation_m2 + edge.variance.x_m2 + edge.variance.y_m2 +
+                               edge.variance.z_m2 + spreads_[n].rotation_rad2 * step_m2;
+}
+
+}  // namespace alces
