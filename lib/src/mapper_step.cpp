@@ -155,19 +155,20 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
   return is_better;
 }
 
-// Wheels spin, and buses freeze: a match that fits as well as matches do, and better than the one which the
-// odometry allows, is believed against it. True: so it is, and `match` is that one.
+// Wheels spin, and buses freeze: a match that goes on as the vehicle went, fits as well as matches do, and better
+// than the one which the odometry allows, is believed against it. True: so it is, and `match` is that one.
 bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
                                      const ScanSpacing& spacing, const IcpConfig& config, IcpResult& match,
                                      StepDoubt& doubt) {
-  constexpr double clearly_worse = 0.7;  // than the free match: how the match that odometry allows fits
+  constexpr double clearly_worse = 0.85;  // than the free match: how the match that odometry allows fits
   const MotionPrior::Prediction free = motion_[0].as_it_went();
   IcpResult free_match = icp_.match(model, {&data, 1}, free.last_from_next, step_config(free, spacing));
   if (judge_step(free_match, free, usual_fit_.fit(), false, config_.step_belief) != StepDoubt::none)
     (void)search_step(model, data, map_from_last, free, config, free_match);
   const bool is_usual = free_match.verdict == IcpVerdict::converged &&
                         free_match.balanced_fit >= config_.step_belief.usual_fit_share * usual_fit_.fit();
-  if (!is_usual || match.balanced_fit > clearly_worse * free_match.balanced_fit) return false;
+  const bool is_smooth = free.mahalanobis2(free_match.model_from_data) <= config_.step_belief.maximum_mahalanobis2;
+  if (!is_usual || !is_smooth || match.balanced_fit > clearly_worse * free_match.balanced_fit) return false;
   match = free_match;
   doubt = StepDoubt::none;
   return true;
