@@ -112,15 +112,17 @@ void MotionPrior::observe(const Prediction& prediction, const Pose& last_from_ne
     agrees = from_odometry(odometry_step).mahalanobis2(last_from_next) < far_off;
     distrust_ = std::clamp(distrust_ + (agrees ? -1 : 1), 0, most_distrust + 2);
   }
-  if (is_sure && (agrees || !prediction.from_odometry)) {
-    Scatter& scatter = prediction.from_odometry ? odometry_ : velocity_;
-    const double size = prediction.from_odometry ? size_m(odometry_step) : 1.0;
-    const Vector6d now = variance(scatter, prediction.from_odometry);
-    const Vector6d squares = deviation(prediction.last_from_next, last_from_next).cwiseAbs2() / (size * size);
-    constexpr double most = 16;  // one step tells of four standard deviations at most
-    const double fade = 1.0 - 1.0 / config_.steps_remembered;
-    scatter.sum = fade * scatter.sum + squares.cwiseMin(most * now);
-    scatter.weight = fade * scatter.weight + 1.0;
+  if (is_sure) {
+    const auto learn = [&](Scatter& scatter, const Prediction& predicted, double size) {
+      const Vector6d now = variance(scatter, predicted.from_odometry);
+      const Vector6d squares = deviation(predicted.last_from_next, last_from_next).cwiseAbs2() / (size * size);
+      constexpr double most = 16;  // one step tells of four standard deviations at most
+      const double fade = 1.0 - 1.0 / config_.steps_remembered;
+      scatter.sum = fade * scatter.sum + squares.cwiseMin(most * now);
+      scatter.weight = fade * scatter.weight + 1.0;
+    };
+    if (prediction.from_odometry && agrees) learn(odometry_, prediction, size_m(odometry_step));
+    if (has_step_) learn(velocity_, as_it_went(), 1);
   }
   if (is_sure && has_pair && agrees) {
     const Eigen::Vector3d& m = last_from_next.translation_m;
