@@ -19,7 +19,7 @@ const char* text(Status status) {
     case Status::no_point_capacity:
       return "the point pool is full and there is no archive";
     case Status::no_voxel_capacity:
-      return "the voxel table is full";
+      return "the scan has more cells than the voxel table";
     case Status::empty_scan:
       return "the scan holds no usable point";
     case Status::bad_pose:

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "alces_offline/error.h"
@@ -14,6 +17,8 @@
 
 namespace alces::offline {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::size_t most_warnings = 10;
 
@@ -25,6 +30,21 @@ void print_warnings(const std::vector<std::string>& warnings) {
                warnings.size() - most_warnings);
 }
 
+/// Where scans go for which the pool has no room, unless --archive names a file: gone at the end of the run.
+class ScratchArchive {
+ public:
+  explicit ScratchArchive(fs::path file) : file_(std::move(file)) {}
+  ScratchArchive(const ScratchArchive&) = delete;
+  ScratchArchive& operator=(const ScratchArchive&) = delete;
+  ~ScratchArchive() {
+    std::error_code ignored;
+    fs::remove(file_, ignored);
+  }
+
+ private:
+  fs::path file_;
+};
+
 }  // namespace
 
 std::vector<std::string> command_line() {
@@ -34,11 +54,17 @@ std::vector<std::string> command_line() {
   return words;
 }
 
-void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
+void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesystem::path& out,
                    ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe) {
   const StopSignal stop;
   prepare_map_folder(out);
+  MapRequest request = asked;
+  request.is_stopped = [&stop] { return stop.received() != 0; };
+  std::optional<ScratchArchive> scratch;
+  // On the desk a drive is mapped to its end, in the memory that is given.
+  if (!asked.archive) request.archive = out / "scans.archive";
   MapRun run(scans, request);
+  if (!asked.archive) scratch.emplace(*request.archive);  // now it is ours: the run overwrites no other file
   {
     ScanProgress progress;
     run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },
@@ -59,6 +85,10 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
     throw;
   }
   fmt::print("{}", json ? report.dump(2) + "\n" : run_summary(run, report));
+  const std::uint32_t archived = run.mapper().store_counters().archived_scans;
+  if (scratch && archived > 0 && !json)
+    fmt::print("  the pool was full after {} scans; the others went to {}, which is removed again\n",
+               run.mapper().scan_count() - archived, request.archive->string());
   if (run.problem()) {
     std::fflush(stdout);
     throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),

@@ -180,9 +180,10 @@ class Mapper {
   /// null to assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops
   /// only; one that is not finite is left out and counted. When the status is not ok (empty_scan; bad_pose,
   /// also of a prediction farther than farthest_place_m; a capacity; an archive that fails) the scan was not
-  /// added and the map so far stays whole; no_voxel_capacity: it was added, thinned out. Cost: O(p log p) for
-  /// p points, and scan_match's bound on iterations x samples searches; when a loop is closed also
-  /// loop_match's, at most candidates x (2 turn_steps + 5) times, and O(scans) to share out.
+  /// added and the map so far stays whole; no_voxel_capacity: it was added, thinned out coarser
+  /// (report.points.cell_size_m). Cost: O(p log p) for p points, and scan_match's bound on iterations x
+  /// samples searches; when a loop is closed also loop_match's, at most candidates x (2 turn_steps + 5)
+  /// times, and O(scans) to share out.
   [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body,
                                 ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr);
 
