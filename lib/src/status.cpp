@@ -32,6 +32,8 @@ const char* text(Status status) {
       return "an edge joins a vertex to itself or has a variance that is not positive";
     case Status::buffer_too_small:
       return "the output buffer is too small";
+    case Status::bad_channel:
+      return "a channel of the scan does not fit its points, or there is no room for it";
     case Status::archive_write_failed:
       return "the scan archive could not be written";
     case Status::archive_read_failed:

@@ -370,7 +370,8 @@ TEST_CASE("map: a disk that gets full with half of the scans in the archive") {
   folder.write("small.toml",
                "[voxel]\ncell_capacity = 4096\n[memory]\nloop_capacity = 16\npool_bytes = 20000\n");
   fs::create_directory(folder / "out");
-  fs::create_symlink("/dev/null", folder / "out/map.ply");  // the one file larger than the archive
+  for (const char* larger_than_the_archive : {"out/map.ply", "out/scans.alces"})
+    fs::create_symlink("/dev/null", folder / larger_than_the_archive);
   const Outcome outcome =
       Program(folder,
               {"map", "scans", "--out", "out", "--archive", "scans.archive", "--config", "small.toml"},

@@ -205,6 +205,12 @@ class Mapper {
   /// buffer_too_small, no_such_scan, archive_read_failed.
   [[nodiscard]] Status read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count);
 
+  /// A scan's record as it is stored (stored_scan.h); valid until the next call of a function that is not
+  /// const. no_such_scan, archive_read_failed.
+  [[nodiscard]] Status read_record(std::uint32_t scan, std::span<const std::byte>& record) {
+    return store_.read_record(scan, record);
+  }
+
   struct Counters {
     std::uint64_t points_in = 0;
     std::uint64_t points_not_finite = 0;
@@ -321,8 +327,12 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
     : config_(config),
       voxel_grid_(arena, config.voxel),
       reduced_(arena.allocate<Point>(config.voxel.cell_capacity)),
-      store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
-                     config.surface}),
+      store_(arena, {config.scan_capacity,
+                     config.voxel.cell_capacity,
+                     config.pool_bytes,
+                     config.cache_slots,
+                     config.surface,
+                     {}}),
       icp_(arena, config.correspondence_capacity),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
       detector_(arena, config.detector),

@@ -18,6 +18,7 @@ enum class Status {
   no_such_vertex,        ///< an edge names a vertex that the graph does not have
   bad_edge,              ///< an edge joins a vertex to itself or has a variance that is not positive
   buffer_too_small,      ///< the caller's output span cannot hold the answer
+  bad_channel,           ///< a channel of a scan does not fit its points, or there is no room for it
   archive_write_failed,  ///< the ScanArchive could not store a scan
   archive_read_failed,   ///< the ScanArchive could not bring a scan back
   disconnected,          ///< no way through the graph joins the two vertices
