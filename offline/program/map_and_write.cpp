@@ -7,18 +7,16 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include "alces_offline/error.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/stop_signal.h"
 #include "scan_progress.h"
+#include "scratch_archive.h"
 
 namespace alces::offline {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t most_warnings = 10;
 
@@ -29,21 +27,6 @@ void print_warnings(const std::vector<std::string>& warnings) {
     fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n",
                warnings.size() - most_warnings);
 }
-
-/// Where scans go for which the pool has no room, unless --archive names a file: gone at the end of the run.
-class ScratchArchive {
- public:
-  explicit ScratchArchive(fs::path file) : file_(std::move(file)) {}
-  ScratchArchive(const ScratchArchive&) = delete;
-  ScratchArchive& operator=(const ScratchArchive&) = delete;
-  ~ScratchArchive() {
-    std::error_code ignored;
-    fs::remove(file_, ignored);
-  }
-
- private:
-  fs::path file_;
-};
 
 }  // namespace
 

@@ -20,7 +20,7 @@ double seconds_since(Clock::time_point begin) {
 
 // A cell of 0.1F is one of 0.1 m, not of 0.100000001 m.
 double metres(float cell_size_m) {
-  return std::round(1e6 * static_cast<double>(cell_size_m)) * 1e-6;
+  return std::round(1e6 * static_cast<double>(cell_size_m)) / 1e6;
 }
 
 MapperConfig complete(const MapRequest& request, LoopBackEnd back_end, ScanSource& scans) {

@@ -93,8 +93,6 @@ void check_vehicle(const VehicleSettings& vehicle, const TomlReader& reader) {
                  "assembler", "minimum_profiles",
                  "assembler.minimum_profiles is larger than assembler.expected_profiles");
   refuse(reader, "scanner", problem(scanner));
-  reader.require(vehicle.mapper.voxel.cell_capacity > 0, "voxel", "cell_capacity",
-                 "voxel.cell_capacity must be at least 1: the fullest scan of a drive to come is not known");
   check_mapper(vehicle.mapper, reader);
 }
 
