@@ -68,8 +68,8 @@ TEST_CASE("the voxel table is sized by the fullest scan") {
 
 TEST_CASE("where the memory is too small for the fullest scan's cells, they grow, and it is said") {
   DenseRoom scans(4);
-  MapRun run(scans, dense_request(std::size_t{22} << 20));
-  CHECK(run.memory().block_bytes <= std::size_t{22} << 20);
+  MapRun run(scans, dense_request(std::size_t{16} << 20));
+  CHECK(run.memory().block_bytes <= std::size_t{16} << 20);
   run.run();
   REQUIRE_FALSE(run.problem());
   REQUIRE(run.mapped().size() == 4);

