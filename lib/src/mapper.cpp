@@ -75,7 +75,7 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
   const std::uint64_t reduced_ns = now_ns();
   report.times.reduce_ns = reduced_ns - begin_ns;
 
-  const Status stored = store_.add(reduced_.first(report.points.kept));
+  const Status stored = store_.add(reduced_.first(report.points.kept), report.points.cell_size_m);
   if (stored != Status::ok) return refuse(stored);
   const std::uint64_t stored_ns = now_ns();
   report.times.store_ns = stored_ns - reduced_ns;

@@ -19,7 +19,7 @@ const char* text(Status status) {
     case Status::no_point_capacity:
       return "the point pool is full and there is no archive";
     case Status::no_voxel_capacity:
-      return "the voxel table is full";
+      return "the scan has more cells than the voxel table";
     case Status::empty_scan:
       return "the scan holds no usable point";
     case Status::bad_pose:
@@ -32,6 +32,8 @@ const char* text(Status status) {
       return "an edge joins a vertex to itself or has a variance that is not positive";
     case Status::buffer_too_small:
       return "the output buffer is too small";
+    case Status::bad_channel:
+      return "a channel of the scan does not fit its points, or there is no room for it";
     case Status::archive_write_failed:
       return "the scan archive could not be written";
     case Status::archive_read_failed:

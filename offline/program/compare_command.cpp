@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -18,6 +19,7 @@
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
 #include "alces_offline/mapper_settings.h"
+#include "alces_offline/memory_plan.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/stop_signal.h"
@@ -130,6 +132,10 @@ Input open_input(const Options& options) {
   const auto memory = parse_byte_size(options.memory);
   if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
   input.map.memory_bytes = *memory;
+  MapperConfig sized = input.map.config;  // by the same table for all rows
+  sized.scan_capacity = static_cast<std::uint32_t>(std::max<std::size_t>(input.scans->size(), 1));
+  fit_cell_capacity(sized, *memory, *input.scans);
+  input.map.config.voxel.cell_capacity = sized.voxel.cell_capacity;
   return input;
 }
 

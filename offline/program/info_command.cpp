@@ -17,6 +17,7 @@
 #include "alces_drivers/stamp.h"
 #include "alces_offline/error.h"
 #include "alces_offline/scan_source.h"
+#include "alces_offline/stored_scan_file.h"
 #include "alces_offline/trajectory.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
@@ -212,9 +213,43 @@ Json summary_of_run(const fs::path& file) {
   return summary;
 }
 
+/// Reads and checks all of it.
+Json describe_stored_scans(const fs::path& path, std::size_t poses) {
+  StoredScanFile file(path);
+  if (file.size() != poses)
+    throw InputError(path,
+                     fmt::format("holds {} scans, and trajectory.tum {} poses; they are of different maps",
+                                 file.size(), poses));
+  std::uint64_t points = 0;
+  std::uint64_t samples = 0;
+  std::map<std::string, std::size_t> channels;
+  double coarsest_cell_m = 0;
+  Progress progress("checking stored scans");
+  for (std::size_t row = 0; row < file.size(); ++row) {
+    const StoredScanView& scan = file.read(row);
+    points += scan.point_count();
+    samples += scan.sample_count();
+    coarsest_cell_m = std::max(coarsest_cell_m, static_cast<double>(scan.cell_size_m()));
+    if (scan.has_intensity()) ++channels["intensity"];
+    if (scan.has_time()) ++channels["time"];
+    if (!scan.signature().empty()) ++channels["signature"];
+    if (scan.seen_from()) ++channels["seen_from"];
+    progress(row + 1, file.size());
+  }
+  Json json;
+  json["scans"] = file.size();
+  json["points"] = points;
+  json["samples"] = samples;
+  json["bytes"] = fs::file_size(path);
+  json["coarsest_cell_m"] = std::round(coarsest_cell_m * 1e6) / 1e6;
+  if (!channels.empty()) json["scans_with_channel"] = channels;
+  return json;
+}
+
 Json describe_map(const fs::path& folder) {
   Json json;
-  json["trajectory"] = describe(read_trajectory(folder));
+  const Trajectory trajectory = read_trajectory(folder);
+  json["trajectory"] = describe(trajectory);
   if (const fs::path ply = folder / "map.ply"; fs::exists(ply)) {
     Json points = describe(*open_scans(ply));
     points.erase("longest_range_m");
@@ -222,6 +257,8 @@ Json describe_map(const fs::path& folder) {
                        {"points_not_finite", points["points_not_finite"]},
                        {"extent", points["extent_in_body_frame"]}};
   }
+  if (const fs::path scans = folder / "scans.alces"; fs::exists(scans))
+    json["scans.alces"] = describe_stored_scans(scans, trajectory.size());
   if (const fs::path graph = folder / "graph.g2o"; fs::exists(graph))
     json["graph.g2o"] = describe_graph(graph);
   if (const fs::path run = folder / "run.json"; fs::exists(run)) json["run.json"] = summary_of_run(run);

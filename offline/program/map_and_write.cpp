@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 
 #include "alces_offline/error.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/stop_signal.h"
 #include "scan_progress.h"
+#include "scratch_archive.h"
 
 namespace alces::offline {
 namespace {
@@ -34,11 +37,17 @@ std::vector<std::string> command_line() {
   return words;
 }
 
-void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
+void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesystem::path& out,
                    ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe) {
   const StopSignal stop;
   prepare_map_folder(out);
+  MapRequest request = asked;
+  request.is_stopped = [&stop] { return stop.received() != 0; };
+  std::optional<ScratchArchive> scratch;
+  // On the desk a drive is mapped to its end, in the memory that is given.
+  if (!asked.archive) request.archive = out / "scans.archive";
   MapRun run(scans, request);
+  if (!asked.archive) scratch.emplace(*request.archive);  // now it is ours: the run overwrites no other file
   {
     ScanProgress progress;
     run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },
@@ -59,6 +68,10 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
     throw;
   }
   fmt::print("{}", json ? report.dump(2) + "\n" : run_summary(run, report));
+  const std::uint32_t archived = run.mapper().store_counters().archived_scans;
+  if (scratch && archived > 0 && !json)
+    fmt::print("  the pool was full after {} scans; the others went to {}, which is removed again\n",
+               run.mapper().scan_count() - archived, request.archive->string());
   if (run.problem()) {
     std::fflush(stdout);
     throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),

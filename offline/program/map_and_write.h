@@ -16,9 +16,9 @@ namespace alces::offline {
 /// As the program was called.
 [[nodiscard]] std::vector<std::string> command_line();
 
-/// Maps all of `scans` until the end or Ctrl-C, writes what is mapped to `out`, and prints a summary or, with
-/// `json`, run.json. What stopped the run is thrown once the map is written. `describe`, if given, adds
-/// what is known of a drive once the scans are through.
+/// Maps all of `scans` until the end or Ctrl-C, with an archive in `out` if none is asked for, writes what is
+/// mapped to `out`, and prints a summary or, with `json`, run.json. What stopped the run is thrown once the
+/// map is written. `describe`, if given, adds what is known of a drive once the scans are through.
 void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
                    ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe = {});
 

@@ -38,8 +38,7 @@ constexpr const char* footer = R"(Examples:
   alces map scans/ --out town                            a folder of scans -> the map folder town/
   alces map scans/ --out town --odometry drive.tum       poses from a file instead of those beside the scans
   alces map scans/ --out town --front-end paper          ICP and sharing out as they were published
-  alces map scans/ --out town --memory 16MiB --archive scratch.scans
-                                                         as on a small board: what does not fit goes to the disk
+  alces map scans/ --out town --memory 16MiB             as on a small board: what does not fit goes to the disk
   alces map --print-config > map.toml                    every number, to be changed and given with --config
 
 SCANS is a folder or several files: 3DTK uos, PCD, PLY, KITTI .bin, CSV. The map folder holds trajectory.tum (the poses),
@@ -49,8 +48,9 @@ replaced one by one, each when it is whole. The frame is REP 103's, metres, the 
 --loop-optimizer toro or hogman puts the optimisers that ELCH's paper compares with into LOA's place, for comparison; they
 work outside of --memory. Detecting, matching and believing loops stay as they are. none closes no loops.
 
---memory is all that the mapper has: one block, planned before the first scan. --archive takes the scans that do not fit; the
-poses do not depend on either. The archive may be removed afterwards.
+--memory is all that the mapper has: one block, planned before the first scan. Scans that do not fit go to a file in OUT that is
+removed at the end, or to --archive FILE, which stays and may be removed afterwards. Its voxel table has room for the fullest scan; only
+where the memory is too small for that (a warning says so) are scans thinned out coarser, and poses depend on it.
 
 Ctrl-C ends the map after the scan that is being matched and writes it, a second one ends the program at once.
 
@@ -105,7 +105,9 @@ void add_map_command(CLI::App& alces) {
       ->check(CLI::IsMember(loop_back_end_names()))
       ->capture_default_str();
   verb->add_option("--memory", options->memory, "for the mapper, all in all")->capture_default_str();
-  verb->add_option("--archive", options->archive, "a file for the scans that do not fit");
+  verb->add_option(
+      "--archive", options->archive,
+      "a file for the scans that do not fit the memory; not given: one in OUT, removed at the end");
   verb->add_option("--config", options->config, "a TOML file with the numbers that differ from the defaults");
   verb->add_flag("--print-config", options->prints_config, "print all numbers as TOML and map nothing");
   verb->add_flag("--json", options->json, "print run.json instead of lines for people");

@@ -4,13 +4,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include "alces_offline/byte_size.h"
 #include "alces_offline/drive_replay.h"
 #include "alces_offline/error.h"
 #include "alces_offline/graph/loop_back_end.h"
-#include "alces_offline/output_file.h"
 #include "command.h"
 #include "map_and_write.h"
 
@@ -68,17 +66,9 @@ void replay_drive(const Options& options) {
     if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
     request.memory_bytes = *memory;
   }
-  // On the desk a drive is to be mapped to its end, in the vehicle's memory: what does not fit goes beside
-  // the map.
-  const std::filesystem::path scratch = std::filesystem::path(options.out) / "scans.archive";
-  if (options.archive.empty()) make_folder(options.out);
-  request.archive = options.archive.empty() ? scratch : std::filesystem::path(options.archive);
+  if (!options.archive.empty()) request.archive = options.archive;
   request.loop_back_end = loop_back_end(options.loop_optimizer).value_or(LoopBackEnd::elch);
 
-  const auto remove_scratch = [&options, &scratch] {
-    std::error_code ignored;
-    if (options.archive.empty()) std::filesystem::remove(scratch, ignored);
-  };
   PrefetchingScanSource scans(std::move(owned));
   const auto absolute = [](const std::string& path) {
     return std::filesystem::absolute(path).lexically_normal().string();
@@ -88,17 +78,11 @@ void replay_drive(const Options& options) {
                                   {{"config", options.config.empty() ? "" : absolute(options.config)},
                                    {"deskew", !options.no_deskew},
                                    {"all_scans", options.all_scans}}}};
-  try {
-    map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}, source},
-                  options.json, [&drive](ProgramFacts& program) {
-                    program.drive = drive.report();
-                    program.drive_counters_csv = drive.counters_csv();
-                  });
-  } catch (...) {
-    remove_scratch();
-    throw;
-  }
-  remove_scratch();
+  map_and_write(scans, request, options.out, {ALCES_VERSION, command_line(), "default", {}, source},
+                options.json, [&drive](ProgramFacts& program) {
+                  program.drive = drive.report();
+                  program.drive_counters_csv = drive.counters_csv();
+                });
 }
 
 }  // namespace

@@ -12,11 +12,18 @@
 #include "alces_offline/output_file.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/scan_table.h"
+#include "alces_offline/stored_scan_file.h"
 
 namespace alces::offline {
 namespace {
 
 namespace fs = std::filesystem;
+
+[[noreturn]] void fail_to_bring_back(const fs::path& file, const MapRun& run, std::uint32_t scan,
+                                     Status status) {
+  throw InputError(run.archive().value_or(file), fmt::format("{} cannot be brought back ({}); map again",
+                                                             run.name_in_source(scan), text(status)));
+}
 
 void write_points(const fs::path& file, MapRun& run) {
   Mapper& mapper = run.mapper();
@@ -25,11 +32,22 @@ void write_points(const fs::path& file, MapRun& run) {
   for (std::uint32_t scan = 0; scan < mapper.scan_count(); ++scan) {
     std::uint32_t count = 0;
     if (const Status status = mapper.read_scan(scan, points, count); status != Status::ok)
-      throw InputError(run.archive().value_or(file), fmt::format("{} cannot be brought back ({}); map again",
-                                                                 run.name_in_source(scan), text(status)));
+      fail_to_bring_back(file, run, scan, status);
     const std::size_t number = run.source().number(run.mapped()[scan].source_index);
     writer.add(std::span(points).first(count), mapper.graph().poses()[scan],
                static_cast<std::uint32_t>(number));
+  }
+  writer.finish();
+}
+
+void write_stored_scans(const fs::path& file, MapRun& run) {
+  Mapper& mapper = run.mapper();
+  StoredScanWriter writer(file, mapper.scan_count());
+  for (std::uint32_t scan = 0; scan < mapper.scan_count(); ++scan) {
+    std::span<const std::byte> record;
+    if (const Status status = mapper.read_record(scan, record); status != Status::ok)
+      fail_to_bring_back(file, run, scan, status);
+    writer.add(run.source().number(run.mapped()[scan].source_index), record);
   }
   writer.finish();
 }
@@ -115,6 +133,7 @@ nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const Progr
     remove_other_frames(folder / "frames", trajectory);
   });
   timed("map.ply", [&] { write_points(folder / "map.ply", run); });
+  timed("scans.alces", [&] { write_stored_scans(folder / "scans.alces", run); });
   nlohmann::json report = run_report(run, program, write_s);
   OutputFile file(folder / "run.json");
   file.write(report.dump(2) + "\n");

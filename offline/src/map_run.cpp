@@ -18,11 +18,18 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-MapperConfig complete(MapperConfig config, LoopBackEnd back_end, const ScanSource& scans) {
+// A cell of 0.1F is one of 0.1 m, not of 0.100000001 m.
+double metres(float cell_size_m) {
+  return std::round(1e6 * static_cast<double>(cell_size_m)) / 1e6;
+}
+
+MapperConfig complete(const MapRequest& request, LoopBackEnd back_end, ScanSource& scans) {
+  MapperConfig config = request.config;
   if (back_end == LoopBackEnd::none) config.close_loops = false;
   constexpr std::size_t most_scans = 100'000'000;  // a scan costs memory: this is far beyond any block
   if (config.scan_capacity == 0)
     config.scan_capacity = static_cast<std::uint32_t>(std::clamp<std::size_t>(scans.size(), 1, most_scans));
+  fit_cell_capacity(config, request.memory_bytes, scans, request.is_stopped);
   return config;
 }
 
@@ -32,7 +39,7 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
     : scans_(scans),
       archive_file_(request.archive),
       loop_back_end_(request.config.close_loops ? request.loop_back_end : LoopBackEnd::none),
-      config_(complete(request.config, loop_back_end_, scans)),
+      config_(complete(request, loop_back_end_, scans)),
       plan_(plan_memory(config_, request.memory_bytes)),
       block_(plan_.block_bytes),
       own_relaxation_(make_graph_relaxation(loop_back_end_)),
@@ -90,7 +97,9 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
     case Status::ok:
     case Status::no_voxel_capacity:
       if (status == Status::no_voxel_capacity) ++thinned_scans_;
-      mapped_.push_back({index, report.times, report.points.kept, report.iterations, report.correspondences,
+      coarsest_cell_m_ = std::max(coarsest_cell_m_, metres(report.points.cell_size_m));
+      mapped_.push_back({index, report.times, report.points.kept, metres(report.points.cell_size_m),
+                         status == Status::no_voxel_capacity, report.iterations, report.correspondences,
                          report.overlap, report.rms_m, report.is_predicted});
       remember_loops();
       break;
@@ -199,11 +208,11 @@ std::vector<std::string> MapRun::warnings() const {
                     predicted == 1 ? "scan could" : "scans could", predicted == 1 ? "stands" : "stand",
                     predicted == 1 ? "it" : "them"));
   if (thinned_scans_ > 0)
-    warnings.push_back(
-        fmt::format("{} {} more than {} cells of {} m, the rest is left out; raise voxel.cell_capacity "
-                    "or voxel.cell_size_m in --config",
-                    thinned_scans_, thinned_scans_ == 1 ? "scan has" : "scans have",
-                    config_.voxel.cell_capacity, config_.voxel.cell_size_m));
+    warnings.push_back(fmt::format(
+        "{} {} more than {} cells of {} m, thinned coarser: {}cell of {:.3g} m; give more --memory, "
+        "or change voxel.cell_capacity or voxel.cell_size_m in --config",
+        thinned_scans_, thinned_scans_ == 1 ? "scan has" : "scans have", config_.voxel.cell_capacity,
+        config_.voxel.cell_size_m, thinned_scans_ == 1 ? "" : "largest ", coarsest_cell_m_));
   if (mapper_->counters().loops_not_listed > 0)
     warnings.push_back(fmt::format("{} loops are not listed; raise memory.loop_capacity in --config",
                                    mapper_->counters().loops_not_listed));

@@ -39,8 +39,10 @@ class JsonWriter {
 }  // namespace
 
 MapperConfig default_settings(FrontEnd front_end) {
-  return settings::default_mapper_settings(front_end == FrontEnd::paper ? MapperConfig::paper()
-                                                                        : MapperConfig::standard());
+  MapperConfig config = settings::default_mapper_settings(
+      front_end == FrontEnd::paper ? MapperConfig::paper() : MapperConfig::standard());
+  config.voxel.cell_capacity = 0;
+  return config;
 }
 
 void read_settings(const std::filesystem::path& file, MapperConfig& config) {

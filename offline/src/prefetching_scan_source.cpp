@@ -83,6 +83,9 @@ std::optional<Pose> PrefetchingScanSource::odometry(std::size_t index) const {
 std::optional<double> PrefetchingScanSource::stamp_s(std::size_t index) const {
   return source_->stamp_s(index);
 }
+std::uint64_t PrefetchingScanSource::file_bytes(std::size_t index) const {
+  return source_->file_bytes(index);
+}
 std::string PrefetchingScanSource::description() const {
   return source_->description();
 }

@@ -103,6 +103,7 @@ Json counters(const MapRun& run) {
           {"scans_predicted", mapper.scans_predicted},
           {"archive_failures", run.archive_failures()},
           {"scans_thinned", run.thinned_scans()},
+          {"coarsest_cell_m", run.coarsest_cell_m()},
           {"scans_archived", store.archived_scans},
           {"slot_hits", store.slot_hits},
           {"slot_misses", store.slot_misses},
@@ -154,6 +155,12 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
                        {"name", run.source().name(scan.source_index)},
                        {"reason", text(scan.reason)}});
   json["refused_scans"] = std::move(refused);
+  Json thinned = Json::array();
+  for (const MappedScan& scan : scans) {
+    if (!scan.is_thinned) continue;
+    thinned.push_back({{"scan", run.source().number(scan.source_index)}, {"cell_m", scan.cell_size_m}});
+  }
+  json["thinned_scans"] = std::move(thinned);
   json["warnings"] = run.warnings();
   if (!program.drive.is_null()) json["drive"] = program.drive;
   return json;

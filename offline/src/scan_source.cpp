@@ -90,6 +90,11 @@ class FileScanSource final : public ScanSource {
   [[nodiscard]] std::optional<double> stamp_s(std::size_t index) const override {
     return entries_.at(index).stamp_s;
   }
+  [[nodiscard]] std::uint64_t file_bytes(std::size_t index) const override {
+    std::error_code failed;
+    const std::uintmax_t bytes = fs::file_size(entries_.at(index).file, failed);
+    return failed ? 0 : bytes;
+  }
 
   [[nodiscard]] std::string description() const override {
     return fmt::format("{} {}, {}, {}", size(), size() == 1 ? "scan" : "scans",

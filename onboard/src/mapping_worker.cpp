@@ -154,7 +154,7 @@ void MappingWorker::map(const ScanSlot& slot, MapResult& result) {
   }
   result.scan.was_mapped = true;
   result.scan.verdict = result.report.is_predicted ? "mapped where the motion so far puts it"
-                        : result.status == Status::no_voxel_capacity ? "mapped, thinned out"
+                        : result.status == Status::no_voxel_capacity ? "mapped, thinned out coarser"
                                                                      : "mapped";
   result.scan.map_index = result.report.scan;
   result.scan.points_reduced = result.report.points.kept;

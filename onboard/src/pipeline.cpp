@@ -205,7 +205,14 @@ void Pipeline::on_result(const MapResult& result) {
   if (result.scan.was_mapped) {
     ++counters_.scans_mapped;
     if (result.report.is_predicted) ++counters_.scans_predicted;
-    if (result.status == Status::no_voxel_capacity) ++counters_.scans_thinned;
+    if (result.status == Status::no_voxel_capacity) {
+      ++counters_.scans_thinned;
+      if (thin_notice_.may(now_ns_)) {
+        raise({now_ns_, Severity::warning, "mapper",
+               "a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm",
+               std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m)), true});
+      }
+    }
     has_pose_ = true;
     map_from_body_ = result.map_from_body;
   } else if (result.scan.verdict.starts_with("dropped")) {

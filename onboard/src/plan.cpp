@@ -18,7 +18,8 @@ constexpr std::size_t file_ring_bytes = std::size_t{8} << 20;
 constexpr std::size_t archive_index_bytes_per_scan = 24;
 
 std::size_t stored_bytes(const MapperConfig& mapper, std::size_t points) {
-  return 24 + 6 * points + 8 * std::min<std::size_t>(points, mapper.surface.sample_capacity);
+  const auto count = static_cast<std::uint32_t>(points);
+  return StoredScanLayout::record_bytes(count, std::min(count, mapper.surface.sample_capacity));
 }
 
 std::string line(const char* what, std::size_t bytes, const std::string& remark) {

@@ -11,7 +11,7 @@ MapperConfig default_mapper_settings(const MapperConfig& preset) {
   MapperConfig config = preset;
   config.scan_capacity = 0;
   config.pool_bytes = 0;
-  config.voxel.cell_capacity = 32768;  // the fullest scan of HANNOVER1 has 19,538 cells of 10 cm
+  config.voxel.cell_capacity = usual_cell_capacity;
   return config;
 }
 

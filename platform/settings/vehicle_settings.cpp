@@ -1,5 +1,6 @@
 #include "alces_platform/settings/vehicle_settings.h"
 
+#include "alces_platform/settings/mapper_settings.h"
 #include "text_file.h"
 #include "toml_reader.h"
 #include "toml_writer.h"
@@ -27,6 +28,8 @@ VehicleSettings parse_vehicle_settings(const std::string& text, const std::strin
   TomlReader reader(root, name, "docs/examples/vehicle.toml");
   visit_vehicle(vehicle, reader);
   reader.refuse_unknown();
+  // The fullest scan of a drive to come is not known.
+  if (vehicle.mapper.voxel.cell_capacity == 0) vehicle.mapper.voxel.cell_capacity = usual_cell_capacity;
   check_vehicle(vehicle, reader);
   vehicle.text = text;
   return vehicle;

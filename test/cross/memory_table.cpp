@@ -54,8 +54,8 @@ struct Room {
 Room room(MapperConfig config, std::size_t limit_bytes, std::uint32_t points) {
   config.pool_bytes = 0;
   Room best;
-  best.scan_bytes = 24 + 6 * std::size_t{points} +
-                    8 * std::size_t{std::min(points, config.surface.sample_capacity)};  // scan_store.h
+  best.scan_bytes =
+      alces::StoredScanLayout::record_bytes(points, std::min(points, config.surface.sample_capacity));
   config.scan_capacity = 1;
   const std::size_t fixed_bytes = alces::settings::least_memory(config);
   config.scan_capacity = 1025;

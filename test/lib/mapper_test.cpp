@@ -289,7 +289,7 @@ TEST_CASE("a full pool refuses scans without an archive; with one they go there"
   CHECK(is_same(*with_archive.mapper, *in_pool.mapper));
 }
 
-TEST_CASE("more cells than the grid has thin the scan out, and the scan is added all the same") {
+TEST_CASE("a scan of more cells than the grid has is added all the same, thinned out coarser") {
   const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.voxel.cell_capacity = 1800;
@@ -297,12 +297,14 @@ TEST_CASE("more cells than the grid has thin the scan out, and the scan is added
   ScanReport report;
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(mapper->add_scan(drive.scans[i], &drive.odometry[i], report) == Status::no_voxel_capacity);
-    CHECK(report.points.kept == 1800);
-    CHECK(report.points.without_cell > 0);
+    CHECK(report.points.kept <= 1800);
+    CHECK(report.points.kept > 450);
+    CHECK(report.points.cell_size_m > config.voxel.cell_size_m);
+    CHECK(report.points.without_cell == 0);
   }
   CHECK(mapper->scan_count() == 3);
   CHECK(mapper->counters().scans_refused == 0);
-  CHECK(distance_m(mapper->graph().poses()[2], drive.truth[2]) < 0.1);
+  CHECK(distance_m(mapper->graph().poses()[2], drive.truth[2]) < 0.15);
 }
 
 TEST_CASE("around a block of houses the loop closes, and the map is nearer to the truth than without") {

@@ -205,7 +205,7 @@ TEST_CASE("an archive that hands back rubbish is noticed or harmless, and the ne
     archive.records[0] = good;
     std::memcpy(archive.records[0].data() + at, &value, sizeof value);
   };
-  for (std::size_t at = 0; at < 24; at += 4) {
+  for (std::size_t at = 16; at < 40; at += 4) {  // the box
     with_float(at, std::numeric_limits<float>::quiet_NaN());
     CHECK(store->load(0, stored) == Status::archive_read_failed);
     with_float(at, std::numeric_limits<float>::infinity());
@@ -213,7 +213,7 @@ TEST_CASE("an archive that hands back rubbish is noticed or harmless, and the ne
   }
   archive.records[0] = good;
   const std::uint32_t no_such_point = 0xFFFFFFF0U;
-  std::memcpy(archive.records[0].data() + 24 + 6 * all[0].size(), &no_such_point, 4);
+  std::memcpy(archive.records[0].data() + 40 + 6 * all[0].size() + 8, &no_such_point, 4);
   CHECK(store->load(0, stored) == Status::archive_read_failed);
 
   sim::Random random(1);
@@ -234,6 +234,57 @@ TEST_CASE("an archive that hands back rubbish is noticed or harmless, and the ne
   }
   archive.records[0] = good;
   CHECK(is_same(zero, load(*store, 0)));
+}
+
+TEST_CASE("a scan's channels are stored with the points that they belong to") {
+  const std::vector<Point> scan = scans(1)[0];
+  std::vector<std::uint8_t> intensity;
+  std::vector<float> time_s;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    intensity.push_back(static_cast<std::uint8_t>(i % 251));
+    time_s.push_back(0.001F * static_cast<float>(i));
+  }
+  const std::vector<std::byte> signature(100, std::byte{42});
+  ScanStoreConfig config = config_with(1 << 20, 2);
+  const ScanChannels channels{intensity, time_s, signature, 3, Point{1, 2, 3}};
+  {
+    InBlock<ScanStore> store(config);
+    CHECK(store->add(scan, 0.1F, channels) == Status::bad_channel);  // no room was configured
+    CHECK(store->scan_count() == 0);
+    CHECK(store->add(scan, 0.1F) == Status::ok);
+  }
+  config.channels = {true, true, 100};
+  config.point_capacity = static_cast<std::uint32_t>(scan.size());
+  for (const bool is_archived : {false, true}) {
+    config.pool_bytes = is_archived ? 0 : std::size_t{1} << 20;
+    InBlock<ScanStore> store(config);
+    MemoryArchive archive;
+    store->set_archive(&archive);
+    ScanChannels short_channels = channels;
+    short_channels.time_s = channels.time_s.first(3);
+    CHECK(store->add(scan, 0.1F, short_channels) == Status::bad_channel);
+    REQUIRE(store->add(scan, 0.1F, channels) == Status::ok);
+    std::span<const std::byte> record;
+    CHECK(store->read_record(1, record) == Status::no_such_scan);
+    REQUIRE(store->read_record(0, record) == Status::ok);
+    StoredScanView view;
+    REQUIRE(StoredScanView::parse(record, view) == StoredScanFault::none);
+    CHECK(view.cell_size_m() == 0.1F);
+    CHECK(view.signature().size() == 100);
+    CHECK(view.seen_from()->z == 3);
+    const StoredScanBox box(scan);
+    std::size_t wrong = 0;
+    for (std::uint32_t i = 0; i < view.point_count(); ++i) {
+      const auto original = static_cast<std::size_t>(std::lround(view.time_s(i) * 1000));
+      const Point expected = box.round(scan[original]);
+      const Point got = view.point(i);
+      if (std::memcmp(&expected, &got, sizeof got) != 0) ++wrong;
+      if (view.intensity(i) != intensity[original]) ++wrong;
+    }
+    CHECK(wrong == 0);
+    const Loaded loaded = load(*store, 0);
+    CHECK(loaded.samples.size() == view.sample_count());
+  }
 }
 
 TEST_CASE("capacities of scans and points are kept") {

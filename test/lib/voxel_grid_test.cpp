@@ -1,10 +1,14 @@
 #include "alces/voxel_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "alces_platform/sim/random.h"
@@ -54,6 +58,7 @@ void check_same(const VoxelGridCounts& a, const VoxelGridCounts& b) {
   CHECK(a.too_near == b.too_near);
   CHECK(a.too_far == b.too_far);
   CHECK(a.without_cell == b.without_cell);
+  CHECK(a.cell_size_m == b.cell_size_m);
 }
 
 std::uint32_t sum(const VoxelGridCounts& c) {
@@ -191,7 +196,7 @@ TEST_CASE("cells meet at their borders, and on both sides of zero they are diffe
   CHECK(along.points[2].x == 1.5F);
 }
 
-TEST_CASE("with every cell taken, later cells are left out and the points of known ones still count") {
+TEST_CASE("with more cells than the table has, cells double until every point finds one") {
   VoxelGridConfig config;
   config.cell_size_m = 1;
   config.cell_capacity = 3;
@@ -201,28 +206,152 @@ TEST_CASE("with every cell taken, later cells are left out and the points of kno
   InBlock<VoxelGrid> grid(config);
   const Reduced reduced = reduce(*grid, points, 8);
   CHECK(reduced.status == Status::no_voxel_capacity);
+  CHECK(reduced.counts.cell_size_m == 2);
   CHECK(reduced.counts.kept == 3);
-  CHECK(reduced.counts.merged == 2);
-  CHECK(reduced.counts.without_cell == 3);
+  CHECK(reduced.counts.merged == 5);
+  CHECK(reduced.counts.without_cell == 0);
   REQUIRE(reduced.points.size() == 3);
   CHECK(reduced.points[0].x == 1.5F);
-  CHECK(reduced.points[1].x == 2.25F);
-  CHECK(reduced.points[2].x == 3.5F);
+  CHECK(reduced.points[1].x == Approx(9.25 / 3));
+  CHECK(reduced.points[2].x == Approx(14.0 / 3));
 
   SECTION("the caller's room is a capacity too") {
     const Reduced two = reduce(*grid, points, 2);
     CHECK(two.status == Status::no_voxel_capacity);
+    CHECK(two.counts.cell_size_m == 4);
     CHECK(two.counts.kept == 2);
-    CHECK(two.counts.without_cell == 5);
+    CHECK(two.counts.without_cell == 0);
     const Reduced none = reduce(*grid, points, 0);
     CHECK(none.status == Status::no_voxel_capacity);
     CHECK(none.counts.without_cell == 8);
   }
-  SECTION("and the grid is as good as new afterwards") {
+  SECTION("and the grid is as good as new afterwards, at the size that it is configured to") {
     const Reduced again = reduce(*grid, std::span(points).last(2), 8);
     CHECK(again.status == Status::ok);
+    CHECK(again.counts.cell_size_m == 1);
     CHECK(again.counts.kept == 2);
     CHECK(again.points[0].x == 3.75F);
+  }
+}
+
+TEST_CASE("a scan that is thinned out coarser is what a grid of that cell size makes of it") {
+  for (int representative = 0; representative < 3; ++representative) {
+    VoxelGridConfig config;
+    config.representative = static_cast<CellRepresentative>(representative);
+    config.cell_size_m = 0.1F;
+    config.cell_capacity = 3000;
+    const std::vector<Point> points = cloud(50, 20000, 2.5);
+    const Reduced coarser = reduce(config, points);
+    CHECK(coarser.status == Status::no_voxel_capacity);
+    REQUIRE(coarser.counts.cell_size_m == 0.4F);  // at 0.2 m most of 15,625 cells are taken
+    config.cell_size_m = 0.4F;
+    const Reduced configured = reduce(config, points);
+    CHECK(configured.status == Status::ok);
+    check_same(coarser.counts, configured.counts);
+    CHECK(is_same(coarser.points, configured.points));
+  }
+}
+
+TEST_CASE("tiny cells that grow leave out no more by range than they did, and growing ends") {
+  VoxelGridConfig config;
+  config.cell_size_m = 1e-5F;
+  config.minimum_range_m = 0;
+  config.cell_capacity = 8;
+  std::vector<Point> points;
+  for (int i = 0; i < 4096; ++i) {
+    const auto sign = [i](int bit) { return (i >> bit & 1) == 0 ? 1.0F : -1.0F; };
+    const float size_m = 0.001F * static_cast<float>(i + 1);
+    points.push_back({sign(0) * size_m, sign(1) * size_m, sign(2) * size_m});
+  }
+  points.push_back({11, 0, 0});
+  const Reduced eight = reduce(config, points);
+  CHECK(eight.counts.kept == 8);
+  CHECK(eight.counts.too_far == 1);
+  CHECK(eight.counts.without_cell == 0);
+  CHECK(sum(eight.counts) == points.size());
+  config.cell_capacity = 7;  // one octant has no cell, however large
+  const Reduced seven = reduce(config, points);
+  CHECK(seven.status == Status::no_voxel_capacity);
+  CHECK(seven.counts.kept == 7);
+  CHECK(seven.counts.without_cell == 512);
+  CHECK(sum(seven.counts) == points.size());
+}
+
+namespace {
+
+// A car's 64 beams in a street of houses, 115,200 points, in the order of the beams from the top to the
+// bottom.
+std::vector<Point> dense_street() {
+  std::vector<Point> points;
+  constexpr double pi = 3.14159265358979;
+  for (int beam = 0; beam < 64; ++beam) {
+    const double elevation = (2.0 - 26.8 * beam / 63) * pi / 180;
+    for (int step = 0; step < 1800; ++step) {
+      const double azimuth = (step - 900) * pi / 900;
+      const double across = std::abs(std::cos(elevation) * std::sin(azimuth));
+      double range_m = across > 1e-9 ? 12 / across : 1e9;
+      if (elevation < 0) range_m = std::min(range_m, 1.7 / -std::sin(elevation));
+      if (range_m > 95) range_m = 95;
+      points.push_back({static_cast<float>(range_m * std::cos(elevation) * std::cos(azimuth)),
+                        static_cast<float>(range_m * std::cos(elevation) * std::sin(azimuth)),
+                        static_cast<float>(range_m * std::sin(elevation))});
+    }
+  }
+  return points;
+}
+
+// How many points each sector of 10 deg azimuth and 4 deg elevation has.
+std::map<std::pair<int, int>, int> sectors_of(const std::vector<Point>& points) {
+  std::map<std::pair<int, int>, int> sectors;
+  constexpr double deg = 180 / 3.14159265358979;
+  for (const Point& p : points) {
+    const auto x = static_cast<double>(p.x);
+    const auto y = static_cast<double>(p.y);
+    const double azimuth_deg = std::atan2(y, x) * deg;
+    const double elevation_deg = std::atan2(static_cast<double>(p.z), std::hypot(x, y)) * deg;
+    ++sectors[{static_cast<int>(std::floor(azimuth_deg / 10)),
+               static_cast<int>(std::floor((elevation_deg - 2) / 4))}];
+  }
+  return sectors;
+}
+
+}  // namespace
+
+TEST_CASE("a scan of more cells than the table has loses no region, whatever the order of its points") {
+  const std::vector<Point> in_file_order = dense_street();
+  const auto seen = sectors_of(in_file_order);
+  REQUIRE(seen.size() >= 250);
+  std::vector<Point> reversed(in_file_order.rbegin(), in_file_order.rend());
+  std::vector<Point> shuffled = in_file_order;
+  Random random(7);
+  for (std::size_t i = shuffled.size() - 1; i > 0; --i)
+    std::swap(shuffled[i], shuffled[static_cast<std::size_t>(random.uniform(0, static_cast<double>(i)))]);
+  for (const std::uint32_t capacity : {16384U, 8192U}) {
+    VoxelGridConfig config;
+    config.cell_capacity = capacity;
+    const Reduced first = reduce(config, in_file_order);
+    CHECK(first.counts.cell_size_m > 0.1F);
+    for (const std::vector<Point>* order :
+         {&in_file_order, &std::as_const(reversed), &std::as_const(shuffled)}) {
+      const Reduced reduced = reduce(config, *order);
+      CHECK(reduced.status == Status::no_voxel_capacity);
+      CHECK(reduced.counts.kept <= capacity);
+      CHECK(reduced.counts.without_cell == 0);
+      CHECK(reduced.counts.cell_size_m == first.counts.cell_size_m);
+      CHECK(reduced.counts.kept == first.counts.kept);
+      const float cells_per_m = 1 / reduced.counts.cell_size_m;
+      const auto cell_of = [&](const Point& p) {
+        return std::array<float, 3>{std::floor(p.x * cells_per_m), std::floor(p.y * cells_per_m),
+                                    std::floor(p.z * cells_per_m)};
+      };
+      std::set<std::array<float, 3>> cells;
+      for (const Point& p : reduced.points) cells.insert(cell_of(p));
+      CHECK(std::ranges::all_of(*order, [&](const Point& p) { return cells.count(cell_of(p)) == 1; }));
+      if (reduced.counts.cell_size_m > 0.5F) continue;  // near sectors are smaller than that
+      const auto kept = sectors_of(reduced.points);
+      CHECK(std::ranges::all_of(
+          seen, [&](const auto& sector) { return sector.second < 20 || kept.count(sector.first) == 1; }));
+    }
   }
 }
 

@@ -370,7 +370,8 @@ TEST_CASE("map: a disk that gets full with half of the scans in the archive") {
   folder.write("small.toml",
                "[voxel]\ncell_capacity = 4096\n[memory]\nloop_capacity = 16\npool_bytes = 20000\n");
   fs::create_directory(folder / "out");
-  fs::create_symlink("/dev/null", folder / "out/map.ply");  // the one file larger than the archive
+  for (const char* larger_than_the_archive : {"out/map.ply", "out/scans.alces"})
+    fs::create_symlink("/dev/null", folder / larger_than_the_archive);
   const Outcome outcome =
       Program(folder,
               {"map", "scans", "--out", "out", "--archive", "scans.archive", "--config", "small.toml"},
@@ -406,13 +407,33 @@ TEST_CASE("map: too little memory states the least that will do, and it does") {
   }
 }
 
-TEST_CASE("map: the scans of a full pool and a wrong setting") {
+TEST_CASE("map: where the pool is full it goes on in an archive in OUT, which is gone afterwards") {
   const TemporaryFolder folder;
   write_pcd_scans(folder, 6);
+  REQUIRE(map(folder).status == 0);
+  const std::string trajectory = content_of(folder / "out/trajectory.tum");
   folder.write("tiny.toml", "[memory]\npool_bytes = 80000\n");
   const Outcome outcome = map(folder, {"--config", "tiny.toml"});
-  check_sentence(outcome, 4, "--archive FILE");
-  CHECK_THAT(outcome.err, Contains("point pool"));
+  REQUIRE(outcome.status == 0);
+  CHECK_THAT(outcome.out, Contains("the pool was full after") && Contains("out/scans.archive"));
+  CHECK_FALSE(fs::exists(folder / "out/scans.archive"));
+  const nlohmann::json run = nlohmann::json::parse(content_of(folder / "out/run.json"));
+  CHECK(run["counters"]["scans_archived"] >= 1);
+  CHECK(content_of(folder / "out/trajectory.tum") == trajectory);
+}
+
+TEST_CASE("map: another's file of the archive's name is neither overwritten nor removed") {
+  const TemporaryFolder folder;
+  write_pcd_scans(folder, 2);
+  fs::create_directory(folder / "out");
+  folder.write("out/scans.archive", "years of work");
+  check_sentence(map(folder), 5, "out/scans.archive");
+  CHECK(content_of(folder / "out/scans.archive") == "years of work");
+}
+
+TEST_CASE("map: a wrong setting is named") {
+  const TemporaryFolder folder;
+  write_pcd_scans(folder, 1);
   folder.write("wrong.toml", "[memory]\npool = 80000\n");
   check_sentence(map(folder, {"--config", "wrong.toml"}), 3, "wrong.toml:2");
 }

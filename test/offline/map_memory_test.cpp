@@ -7,6 +7,7 @@
 #include "alces_offline/file_archive.h"
 #include "alces_offline/map_run.h"
 #include "alces_offline/mapper_settings.h"
+#include "alces_platform/settings/mapper_settings.h"
 #include "room.h"
 #include "temporary_folder.h"
 
@@ -27,7 +28,71 @@ std::vector<std::byte> record(std::size_t bytes, int fill) {
   return std::vector<std::byte>(bytes, static_cast<std::byte>(fill));
 }
 
+/// A room seen by a scanner whose scans grow, one to the next; some of them do not fit the usual table.
+class DenseRoom final : public RoomSource {
+ public:
+  explicit DenseRoom(std::size_t size) : RoomSource(size) {}
+  [[nodiscard]] static std::size_t points_of(std::size_t index) { return 20'000 + 20'000 * index; }
+  bool read(std::size_t index, std::vector<Point>& points) override {
+    ++reads;
+    points = scan_room(index, points_of(index));
+    return true;
+  }
+  [[nodiscard]] std::uint64_t file_bytes(std::size_t index) const override { return 12 * points_of(index); }
+  std::size_t reads = 0;
+};
+
+MapRequest dense_request(std::size_t memory_bytes) {
+  MapRequest request = small_request();
+  request.config.voxel.cell_capacity = 0;
+  request.memory_bytes = memory_bytes;
+  return request;
+}
+
 }  // namespace
+
+TEST_CASE("the voxel table is sized by the fullest scan") {
+  DenseRoom scans(4);
+  MapRun run(scans, dense_request(std::size_t{64} << 20));
+  CHECK(scans.reads == 3);  // those of 40,000 points and more
+  const std::uint32_t capacity = run.mapper().config().voxel.cell_capacity;
+  CHECK(capacity > settings::usual_cell_capacity);
+  run.run();
+  REQUIRE_FALSE(run.problem());
+  CHECK(run.thinned_scans() == 0);
+  CHECK(run.warnings().empty());
+  CHECK(run.coarsest_cell_m() == 0.1);
+  CHECK(run.mapped().back().kept_points <= capacity);
+  CHECK(run.mapped().back().kept_points + 1024 > capacity);
+}
+
+TEST_CASE("where the memory is too small for the fullest scan's cells, they grow, and it is said") {
+  DenseRoom scans(4);
+  MapRun run(scans, dense_request(std::size_t{16} << 20));
+  CHECK(run.memory().block_bytes <= std::size_t{16} << 20);
+  run.run();
+  REQUIRE_FALSE(run.problem());
+  REQUIRE(run.mapped().size() == 4);
+  CHECK(run.thinned_scans() >= 1);
+  CHECK(run.thinned_scans() < 4);
+  CHECK(run.coarsest_cell_m() == 0.2);
+  REQUIRE(run.warnings().size() == 1);
+  CHECK_THAT(run.warnings()[0], Contains("thinned coarser") && Contains("cell of 0.2 m"));
+  CHECK(run.mapper().counters().points_without_cell == 0);
+}
+
+TEST_CASE("scans that cannot be more than the usual table holds are not read to size it") {
+  DenseRoom scans(1);
+  MapperConfig config = dense_request(1).config;
+  config.scan_capacity = 1;
+  fit_cell_capacity(config, std::size_t{64} << 20, scans);
+  CHECK(scans.reads == 1);  // the largest
+  CHECK(config.voxel.cell_capacity == settings::usual_cell_capacity);
+  RoomSource once(5);  // of a drive nobody knows how large scans will be
+  config.voxel.cell_capacity = 0;
+  fit_cell_capacity(config, std::size_t{64} << 20, once);
+  CHECK(config.voxel.cell_capacity == settings::usual_cell_capacity);
+}
 
 TEST_CASE("the plan adds up to one block within the limit") {
   MapperConfig config = small_request().config;

@@ -129,6 +129,30 @@ TEST_CASE(
   CHECK(recorded.scans.size() == pipeline.counters().scans);
 }
 
+TEST_CASE("scans of more cells than the table has are mapped coarser, all of each, and it is told") {
+  const RecordedDrive& drive = recorded_drive();
+  NoWires wires;
+  MemorySink sink;
+  NoticeList notices;
+  PipelineConfig config = config_of(small_vehicle());
+  config.mapping.mapper.voxel.cell_capacity = 1000;
+  Pipeline pipeline(config, {.ports = {&wires, {&wires, &wires}}, .recording = &sink, .listener = &notices});
+  pipeline.start_scanner();
+  Feeder feeder(pipeline);
+  feed(drive.recorded.events, feeder);
+  REQUIRE(end_drive(pipeline));
+  CHECK(pipeline.counters().scans_mapped == drive.counters.scans_mapped);
+  CHECK(pipeline.counters().scans_thinned == drive.counters.scans_mapped);
+  CHECK(drive.counters.scans_thinned == 0);
+  CHECK(notices.has("mapper: a scan has more cells than voxel.cell_capacity and is thinned out coarser"));
+  CHECK_FALSE(drive.notices.has("thinned out coarser"));
+  for (const Recorded::KeptScan& kept : read_back(sink.bytes).scans) {
+    if (!kept.scan.was_mapped) continue;
+    CHECK(kept.verdict == "mapped, thinned out coarser");
+    CHECK(kept.scan.points_reduced <= 1000);
+  }
+}
+
 TEST_CASE("scans that wait when mapping is abandoned are answered for as dropped") {
   const RecordedDrive& drive = recorded_drive();
   NoWires wires;

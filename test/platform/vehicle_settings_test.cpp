@@ -69,6 +69,11 @@ TEST_CASE("a file of mapper's tables alone is a vehicle's, too") {
   CHECK(to_toml(read_vehicle_settings(ALCES_EXAMPLES "/map.toml")) == to_toml(default_vehicle_settings()));
 }
 
+TEST_CASE("a vehicle does not know the fullest scan of a drive to come, and takes the usual room") {
+  const VehicleSettings vehicle = parse_vehicle_settings("[voxel]\ncell_capacity = 0\n", "vehicle.toml");
+  CHECK(vehicle.mapper.voxel.cell_capacity == 32768);
+}
+
 TEST_CASE("an empty file is the default vehicle") {
   for (const char* nothing : {"", "\n\n", "# nothing\n"}) {
     const VehicleSettings vehicle = parsed(nothing);

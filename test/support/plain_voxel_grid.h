@@ -31,9 +31,11 @@ struct PlainReduction {
   VoxelGridCounts counts;
 };
 
-inline PlainReduction plain_reduce(std::span<const Point> points, const VoxelGridConfig& config) {
+// With cells of the configured size alone: what finds no cell is left out.
+inline PlainReduction plain_reduce_at_size(std::span<const Point> points, const VoxelGridConfig& config) {
   PlainReduction reduction;
   VoxelGridCounts& counts = reduction.counts;
+  counts.cell_size_m = config.cell_size_m;
   std::map<std::array<long, 3>, std::size_t> cell_of;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& p = points[i];
@@ -74,6 +76,16 @@ inline PlainReduction plain_reduce(std::span<const Point> points, const VoxelGri
       cell.centroid[1] += static_cast<double>(points[i].y) / static_cast<double>(cell.points.size());
       cell.centroid[2] += static_cast<double>(points[i].z) / static_cast<double>(cell.points.size());
     }
+  }
+  return reduction;
+}
+
+// With the smallest of 1, 2, 4, ... times the configured size at which all points find a cell.
+inline PlainReduction plain_reduce(std::span<const Point> points, VoxelGridConfig config) {
+  PlainReduction reduction = plain_reduce_at_size(points, config);
+  while (reduction.counts.without_cell > 0 && config.cell_size_m <= config.maximum_range_m) {
+    config.cell_size_m *= 2;
+    reduction = plain_reduce_at_size(points, config);
   }
   return reduction;
 }

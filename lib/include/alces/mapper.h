@@ -203,9 +203,10 @@ class Mapper {
   /// null to assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops
   /// only; one that is not finite is left out and counted. When the status is not ok (empty_scan; bad_pose,
   /// also of a prediction farther than farthest_place_m; a capacity; an archive that fails) the scan was not
-  /// added and the map so far stays whole; no_voxel_capacity: it was added, thinned out. Cost: O(p log p) for
-  /// p points, and scan_match's bound on iterations x samples searches; when a loop is closed also
-  /// loop_match's, at most candidates x (2 turn_steps + 5) times, and O(scans) to share out.
+  /// added and the map so far stays whole; no_voxel_capacity: it was added, thinned out coarser
+  /// (report.points.cell_size_m). Cost: O(p log p) for p points, and scan_match's bound on iterations x
+  /// samples searches; when a loop is closed also loop_match's, at most candidates x (2 turn_steps + 5)
+  /// times, and O(scans) to share out.
   [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body,
                                 ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr);
 
@@ -232,6 +233,12 @@ class Mapper {
   /// Reduced points of a scan, body frame, metres, as they are stored; `count` says how many.
   /// buffer_too_small, no_such_scan, archive_read_failed.
   [[nodiscard]] Status read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count);
+
+  /// A scan's record as it is stored (stored_scan.h); valid until the next call of a function that is not
+  /// const. no_such_scan, archive_read_failed.
+  [[nodiscard]] Status read_record(std::uint32_t scan, std::span<const std::byte>& record) {
+    return store_.read_record(scan, record);
+  }
 
   struct Counters {
     std::uint64_t points_in = 0;
@@ -371,8 +378,12 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
     : config_(config),
       voxel_grid_(arena, config.voxel),
       reduced_(arena.allocate<Point>(config.voxel.cell_capacity)),
-      store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
-                     config.surface}),
+      store_(arena, {config.scan_capacity,
+                     config.voxel.cell_capacity,
+                     config.pool_bytes,
+                     config.cache_slots,
+                     config.surface,
+                     {}}),
       icp_(arena, config.correspondence_capacity),
       start_search_(arena),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),

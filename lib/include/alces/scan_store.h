@@ -1,10 +1,10 @@
 // The reduced scans of a map in a bounded amount of memory.
 //
-// A scan is encoded once: points in the order of their k-d tree, quantised to 16 bits an axis within the
-// scan's box (error at most half a step: 0.5 mm for a box of 65 m), then its surface samples. Records fill
-// the point pool first, then go to the ScanArchive. To be matched, a record is decoded into one of a few
-// cache slots, where its tree stands ready; decoding is the only way in, so where a record lay never changes
-// a pose.
+// A scan is encoded once, as stored_scan.h lays it out: points in the order of their k-d tree, quantised to
+// 16 bits an axis within the scan's box (error at most half a step: 0.5 mm for a box of 65 m), its surface
+// samples, and what channels it brings. Records fill the point pool first, then go to the ScanArchive. To be
+// matched, a record is decoded into one of a few cache slots, where its tree stands ready; decoding is the
+// only way in, so where a record lay never changes a pose.
 //
 // Memory: the pool, 16 bytes a scan, and a slot 16 bytes a point of capacity and 20 a sample.
 #pragma once
@@ -17,6 +17,7 @@
 #include "alces/kd_tree.h"
 #include "alces/scan_archive.h"
 #include "alces/status.h"
+#include "alces/stored_scan.h"
 #include "alces/surface.h"
 
 namespace alces {
@@ -27,6 +28,7 @@ struct ScanStoreConfig {
   std::size_t pool_bytes = std::size_t{32} << 20;
   std::uint32_t cache_slots = 16;  ///< at least as many as scans are looked at together
   SurfaceConfig surface;
+  ChannelCapacity channels;  ///< that scans may bring
 };
 
 /// A scan ready to be matched; valid until as many other scans as there are slots were asked for.
@@ -45,8 +47,8 @@ class ScanStore {
         slots_(arena.allocate<Slot>(config.cache_slots)),
         tree_scratch_(arena, config.point_capacity),
         point_scratch_(arena.allocate<Point>(config.point_capacity)),
-        record_scratch_(
-            arena.allocate<std::byte>(record_bytes(config.point_capacity, config.surface.sample_capacity))) {
+        record_scratch_(arena.allocate<std::byte>(StoredScanLayout::record_bytes(
+            config.point_capacity, config.surface.sample_capacity, config.channels))) {
     for (std::uint32_t i = 0; i < config.cache_slots; ++i) {
       Slot slot;
       slot.tree = KdTree(arena, config.point_capacity);
@@ -58,13 +60,19 @@ class ScanStore {
   /// Where records go that the pool has no room for; null: nowhere, and add() says no_point_capacity.
   void set_archive(ScanArchive* archive) { archive_ = archive; }
 
-  /// Stores the next scan (points finite, at most point_capacity). no_scan_capacity, no_point_capacity,
-  /// archive_write_failed: nothing was stored then. Build of a tree, O(n log n).
-  [[nodiscard]] Status add(std::span<const Point> points);
+  /// Stores the next scan: finite points, at most point_capacity; as they were thinned out to cells of
+  /// `cell_size_m` (0: not known), with what channels there are. no_scan_capacity, no_point_capacity,
+  /// archive_write_failed, bad_channel: nothing was stored then. Build of a tree, O(n log n).
+  [[nodiscard]] Status add(std::span<const Point> points, float cell_size_m = 0,
+                           const ScanChannels& channels = {});
 
   /// Brings a scan back, from its slot, or decoded into the slot not used for longest.
   /// no_such_scan, archive_read_failed.
   [[nodiscard]] Status load(std::uint32_t scan, StoredScan& stored);
+
+  /// The scan's record as it is stored; valid until the next call of a function that is not const.
+  /// no_such_scan, archive_read_failed.
+  [[nodiscard]] Status read_record(std::uint32_t scan, std::span<const std::byte>& record);
 
   [[nodiscard]] std::uint32_t scan_count() const { return scan_count_; }
   [[nodiscard]] std::uint32_t point_count(std::uint32_t scan) const { return records_[scan].point_count; }
@@ -83,7 +91,7 @@ class ScanStore {
   struct Record {
     std::uint64_t offset;  // in the pool; in_archive if it is not there
     std::uint32_t point_count;
-    std::uint32_t sample_count;
+    std::uint32_t bytes;
   };
   struct Slot {
     std::uint32_t scan = UINT32_MAX;
@@ -94,15 +102,10 @@ class ScanStore {
     std::span<SurfaceSample> samples;
   };
   static constexpr std::uint64_t in_archive = UINT64_MAX;
-  static constexpr std::size_t header_bytes = 24;  // box: lowest corner and step, three floats each
-  static constexpr std::size_t point_bytes = 6;
-  static constexpr std::size_t sample_bytes = 8;
-  static constexpr std::size_t record_bytes(std::uint32_t points, std::uint32_t samples) {
-    return header_bytes + std::size_t{points} * point_bytes + std::size_t{samples} * sample_bytes;
-  }
 
   Slot& oldest_slot();
   bool decode(std::span<const std::byte> record, std::uint32_t scan, Slot& slot);
+  static void take_samples(const StoredScanView& view, Slot& slot);
 
   ScanStoreConfig config_;
   std::span<std::byte> pool_;

@@ -11,13 +11,14 @@ enum class Status {
   no_scan_capacity,      ///< the configured number of scans is reached
   no_edge_capacity,      ///< the configured number of edges is reached
   no_point_capacity,     ///< the point pool is full and there is no archive
-  no_voxel_capacity,     ///< the voxel table is full; the points that still found a cell were kept
+  no_voxel_capacity,     ///< the scan has more cells than the voxel table: it was thinned out to larger ones
   empty_scan,            ///< no usable point was left after the range and finiteness checks
   bad_pose,              ///< a pose holds NaN, Inf or a rotation that is no unit quaternion
   no_such_scan,          ///< the index is not that of a scan of this map
   no_such_vertex,        ///< an edge names a vertex that the graph does not have
   bad_edge,              ///< an edge joins a vertex to itself or has a variance that is not positive
   buffer_too_small,      ///< the caller's output span cannot hold the answer
+  bad_channel,           ///< a channel of a scan does not fit its points, or there is no room for it
   archive_write_failed,  ///< the ScanArchive could not store a scan
   archive_read_failed,   ///< the ScanArchive could not bring a scan back
   disconnected,          ///< no way through the graph joins the two vertices

@@ -1,6 +1,11 @@
 // Thins a scan out to one point a cell of a regular grid, through a hash table of fixed size.
 //
-// Cost: two passes over the points, O(1) a point (at most `maximum_probes` table slots are looked at).
+// A scan of more cells than there is room for is thinned coarser instead of losing a region: the cell size
+// doubles until all of it fits, and the result is that of a grid of this size. The size follows from the set
+// of points, not from their order.
+//
+// Cost: two passes over the points, O(1) a point (at most `maximum_probes` table slots are looked at); a
+// doubling costs one more over the points that came before the table was full. At most 24 doublings.
 // Memory: 32 bytes a slot, two to four slots a cell of capacity (a power of two), and 4 bytes a cell.
 #pragma once
 
@@ -23,7 +28,7 @@ enum class CellRepresentative : std::uint8_t {
 struct VoxelGridConfig {
   float cell_size_m = 0.10F;
   CellRepresentative representative = CellRepresentative::measured;
-  std::uint32_t cell_capacity = 16384;  ///< most points that a reduced scan can have
+  std::uint32_t cell_capacity = 16384;  ///< most points that a reduced scan can have; for more, cells grow
   float minimum_range_m = 0.5F;         ///< from the frame's origin; nearer points are the robot itself
   float maximum_range_m = 100.0F;       ///< farther points are counted and left out
 };
@@ -36,7 +41,8 @@ struct VoxelGridCounts {
   std::uint32_t not_finite = 0;    ///< NaN or Inf
   std::uint32_t too_near = 0;      ///< below minimum_range_m
   std::uint32_t too_far = 0;       ///< above maximum_range_m
-  std::uint32_t without_cell = 0;  ///< the table was full
+  std::uint32_t without_cell = 0;  ///< no cells left however large: only where there is room for fewer than 8
+  float cell_size_m = 0;           ///< as the scan was thinned out: the configured one, or 2, 4, 8, ... of it
 };
 
 class VoxelGrid {
@@ -50,8 +56,8 @@ class VoxelGrid {
         order_(arena.allocate<std::uint32_t>(config.cell_capacity)) {}
 
   /// Writes one point a cell to `reduced`, cells in the order of their first point, and returns ok,
-  /// no_voxel_capacity (more cells than the capacity or `reduced` allow: points of cells seen before
-  /// that count on, later cells are left out and counted) or empty_scan (no usable point).
+  /// no_voxel_capacity (more cells than the capacity or `reduced` allow: counts.cell_size_m says how far
+  /// cells grew) or empty_scan (no usable point).
   [[nodiscard]] Status reduce(std::span<const Point> points, std::span<Point> reduced,
                               VoxelGridCounts& counts);
 
@@ -69,6 +75,20 @@ class VoxelGrid {
     while (slots < 2 * capacity && slots < (1U << 30)) slots *= 2;
     return slots;
   }
+
+  // What is left out by its range, whatever the size of the cells.
+  struct RangeLimits {
+    float near_m2, far_m2;
+  };
+
+  // First pass: the sums of all cells. False: the table is full; it is empty again then.
+  [[nodiscard]] bool sum_up(std::span<const Point> points, const RangeLimits& limits, float cell_size_m,
+                            std::uint32_t capacity, bool leaves_out, VoxelGridCounts& counts);
+  // Second pass, for CellRepresentative::measured.
+  void choose_nearest_centroid(std::span<const Point> points, const RangeLimits& limits, float cell_size_m);
+  [[nodiscard]] Point representative(const Cell& cell, std::span<const Point> points,
+                                     float cell_size_m) const;
+  void clear();
 
   // Slot of the key, or of the free slot where it belongs; slot_count_ after too many probes.
   [[nodiscard]] std::uint32_t find(std::int64_t key) const;

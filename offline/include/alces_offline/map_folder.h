@@ -31,7 +31,7 @@ void prepare_map_folder(const std::filesystem::path& folder);
 void remove_other_frames(const std::filesystem::path& folder, const Trajectory& trajectory);
 
 /// Writes trajectory.tum, trajectory_without_loops.tum, scans.csv, counters.csv (of a replay), graph.g2o,
-/// frames/, map.ply and, last, run.json, each whole or not at all; .frames
+/// frames/, map.ply, scans.alces and, last, run.json, each whole or not at all; .frames
 /// of an earlier map that this one does not have are removed, and its run.json before anything is written: a
 /// folder with a run.json is of one map. Returns what stands in run.json. OutputError; InputError when an
 /// archived scan cannot be read back.

@@ -25,12 +25,14 @@
 namespace alces::offline {
 
 struct MapRequest {
-  /// scan_capacity 0: as many as the source has scans; pool_bytes 0: what is left of memory_bytes.
+  /// scan_capacity 0: as many as the source has scans; voxel.cell_capacity 0: as the fullest scan needs;
+  /// pool_bytes 0: what is left of memory_bytes.
   MapperConfig config;
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
   LoopBackEnd loop_back_end = LoopBackEnd::elch;  ///< none: config.close_loops is taken for false
   GraphRelaxation* relaxation = nullptr;          ///< instead of the back end's own; outlives the run
+  std::function<bool()> is_stopped;               ///< ends the survey for the fullest scan; may be empty
 };
 
 /// A scan that is in the map.
@@ -38,6 +40,8 @@ struct MappedScan {
   std::size_t source_index = 0;
   StageTimes times;
   std::uint32_t kept_points = 0;
+  double cell_size_m = 0;   ///< as it was thinned out
+  bool is_thinned = false;  ///< coarser than configured: it has more cells than the voxel table
   std::uint32_t iterations = 0;
   std::uint32_t correspondences = 0;
   double overlap = 0;
@@ -82,7 +86,9 @@ class MapRun {
   [[nodiscard]] std::uint32_t archive_failures() const {
     return archive_write_failures_ + mapper_->counters().archive_failures;
   }
-  [[nodiscard]] std::size_t thinned_scans() const { return thinned_scans_; }  ///< the voxel table was full
+  /// Scans of more cells than the voxel table has, so thinned out coarser, and the largest cell used for one.
+  [[nodiscard]] std::size_t thinned_scans() const { return thinned_scans_; }
+  [[nodiscard]] double coarsest_cell_m() const { return coarsest_cell_m_; }
   [[nodiscard]] double read_wait_s() const { return read_wait_s_; }  ///< the mapper waited for the reader
   [[nodiscard]] double mapping_s() const { return mapping_s_; }      ///< in the mapper
   [[nodiscard]] double wall_s() const { return wall_s_; }            ///< of run()
@@ -125,6 +131,7 @@ class MapRun {
   std::uint32_t loops_closed_seen_ = 0;
   std::uint32_t archive_write_failures_ = 0;
   std::size_t thinned_scans_ = 0;
+  double coarsest_cell_m_ = 0;  ///< of all scans
   double read_wait_s_ = 0;
   double mapping_s_ = 0;
   double wall_s_ = 0;

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -50,6 +51,8 @@ class ScanSource {
   /// map_from_body as the data has it.
   [[nodiscard]] virtual std::optional<Pose> odometry(std::size_t index) const = 0;
   [[nodiscard]] virtual std::optional<double> stamp_s(std::size_t index) const = 0;
+  /// Of the scan's file; 0: not known, or scans can be read only once and in turn.
+  [[nodiscard]] virtual std::uint64_t file_bytes(std::size_t /*index*/) const { return 0; }
   /// For people: "469 scans, 3DTK uos, odometry from .pose files".
   [[nodiscard]] virtual std::string description() const = 0;
   /// So far; reading may add to them.
@@ -83,6 +86,7 @@ class PrefetchingScanSource final : public ScanSource {
   [[nodiscard]] std::size_t number(std::size_t index) const override;
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override;
   [[nodiscard]] std::optional<double> stamp_s(std::size_t index) const override;
+  [[nodiscard]] std::uint64_t file_bytes(std::size_t index) const override;
   [[nodiscard]] std::string description() const override;
   [[nodiscard]] std::vector<std::string> warnings() const override;
 

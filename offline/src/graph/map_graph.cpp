@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "../ply_stream.h"
 #include "alces_offline/error.h"
@@ -79,15 +81,20 @@ void write_points(const fs::path& to, const MapGraph& map, const ConstraintGraph
 }
 
 /// What `alces map` and `alces replay` write beside the map itself: of the drive, whatever its poses become.
-constexpr std::array carried_files = {"trajectory_without_loops.tum", "scans.csv", "counters.csv"};
+constexpr std::array carried_files = {"trajectory_without_loops.tum", "scans.csv", "counters.csv",
+                                      "scans.alces"};
 
 void carry(const fs::path& from, const fs::path& to) {
-  std::string bytes;
+  std::vector<char> part(std::size_t{1} << 20);  // stored scans may be more than memory holds
   for (const char* name : carried_files) {
     if (!fs::exists(from / name)) continue;
-    read_file(from / name, bytes);
+    std::ifstream source(from / name, std::ios::binary);
     OutputFile file(to / name);
-    file.write(bytes);
+    while (source) {
+      source.read(part.data(), static_cast<std::streamsize>(part.size()));
+      file.write({part.data(), static_cast<std::size_t>(source.gcount())});
+    }
+    if (!source.eof()) throw InputError(from / name, "cannot be read; check the path and its permissions");
     file.commit();
   }
 }

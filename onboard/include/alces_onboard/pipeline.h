@@ -65,7 +65,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
     std::uint64_t scans_refused = 0;     ///< by the mapper
     std::uint64_t scans_not_wanted = 0;  ///< --no-map, or the map is full
     std::uint64_t scans_predicted = 0;   ///< of the mapped: the match failed
-    std::uint64_t scans_thinned = 0;     ///< of the mapped: more cells than voxel.cell_capacity
+    std::uint64_t scans_thinned = 0;  ///< of the mapped: more cells than voxel.cell_capacity, so larger ones
     std::uint64_t loops_closed = 0;
     std::uint64_t loops_refused = 0;
     std::uint64_t paths_skipped = 0;  ///< not recorded, because the one before was not yet
@@ -166,6 +166,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   std::int64_t counters_recorded_ns_ = no_stamp_ns;
   std::array<std::int64_t, rate_scans> scan_stamps_ns_{};
   Seldom drop_notice_{10 * ns_per_s};
+  Seldom thin_notice_{10 * ns_per_s};
   MapFigures figures_;
   bool has_pose_ = false;
   Pose map_from_body_;

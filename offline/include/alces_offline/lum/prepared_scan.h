@@ -46,7 +46,7 @@ class ScanPreparation {
  public:
   explicit ScanPreparation(const LumSettings& settings);
 
-  /// More cells than voxel.cell_capacity: the later ones are left out, as in `map`.
+  /// More cells than voxel.cell_capacity: it is thinned out coarser, as in `map`.
   [[nodiscard]] PreparedScan prepare(std::span<const Point> points);
 
  private:

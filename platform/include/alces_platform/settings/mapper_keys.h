@@ -60,8 +60,9 @@ void visit_mapper(Config& config, Visitor& visit) {
                 {"centroid", CellRepresentative::centroid},
                 {"center", CellRepresentative::center}},
                "measured: the point nearest the centroid; or centroid, or center of the cell");
-  visit.number("cell_capacity", config.voxel.cell_capacity, 1, 1 << 24,
-               "points that a thinned scan can have");
+  visit.number(
+      "cell_capacity", config.voxel.cell_capacity, 0, 1 << 24,
+      "points that a thinned scan can have; for more, cells grow; 0: as the fullest has (vehicle: 32768)");
   visit.number("minimum_range_m", config.voxel.minimum_range_m, 0, 1e4, "nearer is the vehicle itself");
   visit.number("maximum_range_m", config.voxel.maximum_range_m, 0, 1e4, "farther points are left out");
 

@@ -2,6 +2,7 @@
 // library, units in the names. docs/examples/map.toml holds all of them at their defaults.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -9,7 +10,10 @@
 
 namespace alces::settings {
 
-/// The programs' defaults: the library's, with room for the fullest scans, and with scan_capacity and
+/// Cells enough for the scans of a 2D laser on a turning head; the fullest of HANNOVER1 has 19,538 of 10 cm.
+inline constexpr std::uint32_t usual_cell_capacity = 32768;
+
+/// The programs' defaults: the library's, with usual_cell_capacity, and with scan_capacity and
 /// pool_bytes 0, which is "as many as there are" and "what is left of the memory".
 [[nodiscard]] MapperConfig default_mapper_settings(const MapperConfig& preset = MapperConfig::standard());
 
