@@ -3,12 +3,15 @@ from dataclasses import asdict
 
 import numpy as np
 
+import factors as f
+
 GOOD_SHARE = 0.9  # of the maps that are right, at least
 
 
 def row(drive, factor, judgement, result, peer):
     loops = judgement.loops
     return {"set": drive.name, "factor": factor.name, "drive": drive.title, "change": factor.title, "is_off": bool(judgement.reasons),
+            "has_to_be_right": drive.holds and factor == f.AS_IT_IS,
             "reasons": judgement.reasons, "text": judgement.text, "figures": judgement.figures,
             "loops": None if loops is None else asdict(loops), "verdict": result.verdict,
             "scans": len(result.scan_ms), "median_ms": float(np.median(result.scan_ms)) if result.scan_ms else None,
@@ -25,8 +28,11 @@ def summary(rows):
 
 
 def problems(rows):
-    """What the verdicts promise and do not hold; sentences."""
+    """Maps that have to be right and are not, and what the verdicts promise and do not hold; sentences."""
     found, sums = [], summary(rows)
+    for entry in rows:
+        if entry["is_off"] and entry["has_to_be_right"]:
+            found.append(f"{entry['drive']}, {entry['change']}: is off: {'; '.join(entry['reasons'])}")
     if not sums["has_verdicts"]:
         return found
     for entry in rows:

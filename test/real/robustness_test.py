@@ -196,8 +196,8 @@ class Off(unittest.TestCase):
         self.assertEqual((wrong.loops.right, wrong.loops.wrong, wrong.loops.missed), (0, 1, 1))
 
 
-def row(is_off, verdict, name="a", wrong=0):
-    return {"set": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
+def row(is_off, verdict, name="a", wrong=0, has_to_be_right=False):
+    return {"has_to_be_right": has_to_be_right, "set": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
             "text": "", "figures": {"error_m": 0.2, "limit_m": 0.3}, "verdict": verdict, "median_ms": 1.0, "worst_ms": 2.0, "peer": None,
             "loops": {"right": 1, "wrong": wrong, "missed": 0, "visits": 1}}
 
@@ -216,6 +216,10 @@ class Verdicts(unittest.TestCase):
 
     def test_a_program_without_verdicts_is_not_judged_by_them(self):
         self.assertEqual(table.problems([row(False, "-"), row(True, "-")]), [])
+
+    def test_a_drive_that_has_to_be_right_is_asked_for_without_verdicts_too(self):
+        self.assertEqual(table.problems([row(False, "-", has_to_be_right=True)]), [])
+        self.assertEqual(len(table.problems([row(True, "-", has_to_be_right=True)])), 1)
 
     def test_every_row_of_the_table_has_as_many_cells(self):
         lines = [line for line in table.markdown([row(False, "good"), row(True, "bad")]).splitlines() if line.startswith("|")]
