@@ -1,7 +1,7 @@
 // PCL's ICP and GICP on a drive, scan against the one before, as a peer for our front end: time a scan and
 // drift.
 //   bench_pcl_drive --method gicp --scans 924 --seed 1        the synthetic town
-//   bench_pcl_drive --method icp --folder DIR                 whatever `alces map` reads; truth.tum, if any, beside
+//   bench_pcl_drive --method icp --folder DIR                 what `alces map` reads, truth.tum beside
 #include <fmt/core.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/pcl_config.h>
@@ -128,7 +128,8 @@ int main(int argc, char** argv) {
         return true;
       },
       "Of the town's scanner (15)");
-  app.add_option("--folder", folder, "A folder of scans instead of the town, with its odometry if there is any");
+  app.add_option("--folder", folder,
+                 "A folder of scans instead of the town, with its odometry if there is any");
   app.add_option("--stride", stride, "Use every n-th scan")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -1,4 +1,6 @@
 """The drives of the table: where they come from, their truth, and who judges their maps."""
+import contextlib
+import fcntl
 import shutil
 import subprocess
 from dataclasses import dataclass, field
@@ -46,6 +48,14 @@ class Place:
                     entry.rename(unfinished / entry.name)
                 inner[0].rmdir()
         return folder
+
+    @contextlib.contextmanager
+    def alone(self):
+        """Nobody else makes data and variants in WORK meanwhile."""
+        self.work.mkdir(parents=True, exist_ok=True)
+        with open(self.work / "lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
 
     def run(self, program, *arguments):
         if not program.exists():

@@ -34,7 +34,7 @@ def lidar(elevations_deg, columns=900, smear_deg=0.0, order="rings"):
     return points, laser
 
 
-def street(length=100, visits=2, step_m=1.0, loops_of=0.0):
+def street(length=100, visits=2, step_m=1.0):
     """Poses along a street of this length and back on the same line, again and again."""
     one_way = np.arange(0, length, step_m)
     x = np.concatenate([one_way if visit % 2 == 0 else one_way[::-1] for visit in range(visits)])
@@ -64,7 +64,8 @@ class Beams(unittest.TestCase):
 
     def test_profiles_of_a_turning_laser_are_found(self):
         angle = np.radians(np.arange(-60, 90))
-        points = [np.stack([np.cos(angle) * np.cos(yaw), np.cos(angle) * np.sin(yaw), np.sin(angle) + 0.2], 1) * 5 for yaw in np.arange(0, 6, 0.1)]
+        points = [5 * np.stack([np.cos(angle) * np.cos(yaw), np.cos(angle) * np.sin(yaw), np.sin(angle) + 0.2], 1)
+                  for yaw in np.arange(0, 6, 0.1)]
         expected = np.repeat(np.arange(60), len(angle))
         self.assertTrue(np.array_equal(beams.profiles(np.concatenate(points)), expected))
 
@@ -167,7 +168,7 @@ class Off(unittest.TestCase):
 
     def test_two_visits_beside_each_other_are_off(self):
         double = self.truth.copy()
-        double[:, 1, 3] += np.where(np.arange(len(double)) < 100, 0.0, np.minimum(0.56, 0.01 * (np.arange(len(double)) - 100)))
+        double[100:, 1, 3] += np.minimum(0.56, 0.01 * np.arange(100))
         self.assert_off(judged(double, self.truth), "double")
         self.assertEqual(judged(double, self.truth, reach_m=None).reasons, [])
 
@@ -181,12 +182,13 @@ class Off(unittest.TestCase):
 
     def test_loops_within_the_straight_part_of_a_street_are_wrong_and_off(self):
         reference = street(length=860, visits=1)
-        drive = types.SimpleNamespace(truth=reference, reach_m=None, gap_m=40.0, judge=judges.vlp16_street, revisit=(2, 801), revisit_reach=20,
-                                      straight=(300, 480))
+        drive = types.SimpleNamespace(truth=reference, reach_m=None, gap_m=40.0, judge=judges.vlp16_street, revisit=(2, 801),
+                                      revisit_reach=20, straight=(300, 480))
 
         def street_judged(closed):
+            matches = [(a, b, p.between(reference[a], reference[b])) for a, b in closed]
             result = types.SimpleNamespace(exit_status=0, problem="", poses=reference, poses_without_loops=reference, rows=np.arange(860),
-                                           loops=[(a, b, p.between(reference[a], reference[b])) for a, b in closed])
+                                           loops=matches)
             return judges.judge(drive, np.arange(860), result)
 
         right = street_judged([(4, 805)])
@@ -197,9 +199,9 @@ class Off(unittest.TestCase):
 
 
 def row(is_off, verdict, name="a", wrong=0, has_to_be_right=False):
-    return {"has_to_be_right": has_to_be_right, "set": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
-            "text": "", "figures": {"error_m": 0.2, "limit_m": 0.3}, "verdict": verdict, "median_ms": 1.0, "worst_ms": 2.0, "peer": None,
-            "loops": {"right": 1, "wrong": wrong, "missed": 0, "visits": 1}}
+    return {"set": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
+            "has_to_be_right": has_to_be_right, "text": "", "figures": {"error_m": 0.2, "limit_m": 0.3}, "verdict": verdict,
+            "loops": {"right": 1, "wrong": wrong, "missed": 0, "visits": 1}, "median_ms": 1.0, "worst_ms": 2.0, "peer": None}
 
 
 class Verdicts(unittest.TestCase):

@@ -1,4 +1,5 @@
-// alces_drive_scans: the scans that the drivers make of a recorded drive, as a folder: scanNNNN.pcd, odometry.tum.
+// alces_drive_scans: the scans that the drivers make of a recorded drive, as a folder: scanNNNN.pcd,
+// odometry.tum.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -26,10 +27,12 @@ void write_scans(const std::string& drive, const std::filesystem::path& folder) 
   for (; replay.read(count, points); ++count) {
     const auto pose = replay.odometry(count);
     const auto stamp_s = replay.stamp_s(count);
-    if (!pose || !stamp_s) throw std::runtime_error(fmt::format("scan {} has no odometry or no stamp", count));
+    if (!pose || !stamp_s)
+      throw std::runtime_error(fmt::format("scan {} has no odometry or no stamp", count));
     odometry << sim::tum_line(*stamp_s, *pose);
     const std::filesystem::path file = folder / fmt::format("scan{:04}.pcd", count);
-    if (!sim::write_pcd(file, points)) throw std::runtime_error(fmt::format("cannot write {}", file.string()));
+    if (!sim::write_pcd(file, points))
+      throw std::runtime_error(fmt::format("cannot write {}", file.string()));
   }
   if (!odometry.flush().good()) throw std::runtime_error("cannot write odometry.tum");
   fmt::print("{} scans in {}\n", count, folder.string());
