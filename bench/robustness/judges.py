@@ -129,12 +129,13 @@ def vlp16_street(drive, judgement, rows, result):
     # Wrong is also what ties two places of which one is not driven again, however little it moves them.
     starts, ends = drive.revisit[0] + drive.revisit_reach, drive.revisit[1] - drive.revisit_reach
     judgement.loops = l.count(result.loops, reference, None, drive.gap_m)
-    same_pass = sum(not l.is_wrong(matched, p.between(reference[first], reference[last]))
-                    and not (original[first] <= starts and original[last] >= ends) for first, last, matched in result.loops)
+    same_pass = sum(bool(not l.is_wrong(matched, p.between(reference[first], reference[last]))
+                         and not (original[first] <= starts and original[last] >= ends)) for first, last, matched in result.loops)
     judgement.loops.right -= same_pass
     judgement.loops.wrong += same_pass
     judgement.loops.visits, judgement.loops.missed = 1, int(judgement.loops.right == 0)
-    in_straight = sum(drive.straight[0] <= original[first] and original[last] <= drive.straight[1] for first, last, _ in result.loops)
+    in_straight = sum(bool(drive.straight[0] <= original[first] and original[last] <= drive.straight[1])
+                      for first, last, _ in result.loops)
     judgement.figures["loops_in_straight_part"] = in_straight
     judgement.off_if(in_straight > 0, f"{in_straight} loops within the straight part")
     judgement.text = f"heights {heights:.1f} m ({heights_before:.1f} without loops), revisit {_metres(off_m)}"

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """The instrument of the robustness table itself: beams are found, factors change one thing, and what is off is called off."""
+import json
 import sys
 import types
 import unittest
@@ -196,6 +197,7 @@ class Off(unittest.TestCase):
         wrong = street_judged([(310, 340)])
         self.assert_off(wrong, "straight part")
         self.assertEqual((wrong.loops.right, wrong.loops.wrong, wrong.loops.missed), (0, 1, 1))
+        json.dumps(wrong.figures)  # none of NumPy's own numbers
 
 
 def row(is_off, verdict, name="a", wrong=0, has_to_be_right=False):
