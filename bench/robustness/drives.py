@@ -211,8 +211,8 @@ _without_odometry = [f.AS_IT_IS, *f.SCANS, *f.POINTS, *f.BEAMS]
 
 DRIVES = [
     Drive("hannover1", "HANNOVER1", _hannover1, beams.profiles, judges.hannover1, holds=True, quick=[f.AS_IT_IS, f.NO_ODOMETRY]),
-    # Carried by hand through a building: shorter ways back, and what stands between hides more.
-    Drive("hilti_balm", "hilti_balm", _hilti_balm, beams.rings, reach_m=2.0, gap_m=15.0, holds=True,
+    # Carried by hand through a building: the ways back are shorter.
+    Drive("hilti_balm", "hilti_balm", _hilti_balm, beams.rings, gap_m=20.0, holds=True,
           quick=[f.AS_IT_IS, f.NO_ODOMETRY, f.Factor("every", 2), f.Factor("beams", 8), f.Factor("noise", 10)]),
     Drive("vlp16_street", "vlp16_street", _vlp16_street, beams.rings, judges.vlp16_street, reach_m=None, revisit=(2, 801), revisit_reach=20,
           straight=(300, 480), quick=[f.AS_IT_IS, f.Factor("beams", 2)]),
