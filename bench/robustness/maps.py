@@ -14,6 +14,7 @@ import factors as f
 import poses as p
 
 TIME_LIMIT_S = 1800
+SCRATCH = "scans.archive"
 NOT_KEPT = ("map.ply", "frames")  # large, and not judged
 
 
@@ -95,12 +96,12 @@ def make(drive, factor, variant, place, options, keeps_in=None):
     if not facts.exists() or json.loads(facts.read_text())["key"] != map_key:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        what = ["replay", variant.recording] if is_replay else ["map", variant.folder]
-        exit_status, problem = _run([place.alces, *what, "--out", folder, *options])
-        if keeps_in is None:
-            for name in NOT_KEPT:
-                target = folder / name
-                shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
+        # What the default memory does not hold goes to the disk, as a replay does: poses do not depend on it.
+        what = ["replay", variant.recording] if is_replay else ["map", variant.folder, "--archive", folder / SCRATCH]
+        exit_status, problem = _run([place.alces, *map(str, what), "--out", folder, *options])
+        for name in [SCRATCH] if keeps_in is not None else [SCRATCH, *NOT_KEPT]:
+            target = folder / name
+            shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
         facts.write_text(json.dumps({"key": map_key, "exit_status": exit_status, "problem": problem}))
     return Map(folder, variant, place, drive.pairs, is_replay)
 
