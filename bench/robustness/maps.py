@@ -5,6 +5,7 @@ import csv
 import hashlib
 import json
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import factors as f
 import poses as p
 
 TIME_LIMIT_S = 1800
+STOPPED = (130, 143, -signal.SIGINT, -signal.SIGTERM)  # by whoever runs this: no result
 SCRATCH = "scans.archive"
 NOT_KEPT = ("map.ply", "frames")  # large, and not judged
 
@@ -99,6 +101,8 @@ def make(drive, factor, variant, place, options, keeps_in=None):
         # What the default memory does not hold goes to the disk, as a replay does: poses do not depend on it.
         what = ["replay", variant.recording] if is_replay else ["map", variant.folder, "--archive", folder / SCRATCH]
         exit_status, problem = _run([place.alces, *map(str, what), "--out", folder, *options])
+        if exit_status in STOPPED:
+            raise KeyboardInterrupt
         for name in [SCRATCH] if keeps_in is not None else [SCRATCH, *NOT_KEPT]:
             target = folder / name
             shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
