@@ -55,17 +55,21 @@ class Map:
                 self.loops.append((first, last, matched if matched is not None else p.between(self.poses[first], self.poses[last])))
 
     def consistency(self):
-        """`alces evaluate --consistency` with all points of the scans, for the pairs of revisits that are among them."""
-        file = self._folder / "consistency.json"
-        if not file.exists():
-            place_of = {int(row): number for number, row in enumerate(self._variant.rows)}
-            pairs = [[place_of[a], place_of[b]] for a, b in json.loads(self._pairs.read_text()) if a in place_of and b in place_of]
-            chosen = self._folder / "pairs.json"
-            chosen.write_text(json.dumps(pairs))
-            ended = subprocess.run([self._place.alces, "evaluate", self._folder, "--consistency", self._variant.full_scans, "--pairs", chosen,
-                                    "--json"], capture_output=True, text=True, check=True)
-            file.write_text(ended.stdout)
-        return json.loads(file.read_text())
+        return consistency(self._folder, self._folder, self._variant, self._place, self._pairs)
+
+
+def consistency(trajectory, folder, variant, place, all_pairs):
+    """`alces evaluate --consistency` with all points of the scans, for the pairs of revisits that are among them; kept in the folder."""
+    file = folder / "consistency.json"
+    if not file.exists():
+        place_of = {int(row): number for number, row in enumerate(variant.rows)}
+        pairs = [[place_of[a], place_of[b]] for a, b in json.loads(all_pairs.read_text()) if a in place_of and b in place_of]
+        chosen = folder / "pairs.json"
+        chosen.write_text(json.dumps(pairs))
+        ended = subprocess.run([place.alces, "evaluate", trajectory, "--consistency", variant.full_scans, "--pairs", chosen, "--json"],
+                               capture_output=True, text=True, check=True)
+        file.write_text(ended.stdout)
+    return json.loads(file.read_text())
 
 
 def _edges(file):
