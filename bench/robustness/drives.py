@@ -101,6 +101,7 @@ class Drive:
     gap_m: float = 40.0          # of way between them
     factors: list = field(default_factory=lambda: f.ALL)
     quick: list = field(default_factory=list)  # factors of the quick table
+    family: str = ""             # drives of one place or one maker, which are left out together; else its name
     pairs: Path | None = None    # of revisits, for consistency
     holds: bool = False           # its map has to be right as it is
     noise_of_truth: bool = False  # noise is added to the truth: there is no odometry
@@ -109,6 +110,9 @@ class Drive:
     revisit_reach: int = 0
     straight: tuple = ()
     recorded: Recorded | None = None
+
+    def __post_init__(self):
+        self.family = self.family or self.name
 
     @property
     def truth(self):
@@ -219,17 +223,17 @@ DRIVES = [
     Drive("kitti_raw", "kitti_raw", _kitti_raw, beams.rings, reach_m=None, factors=_without_odometry,
           quick=[f.AS_IT_IS, f.Factor("every", 3), f.Factor("beams", 8)]),
     # The corridors are parallel, the floors one above the other: near, and not the same place.
-    Drive("two_corridors", "two_corridors", _false_loops("two_corridors"), beams.profiles, reach_m=None,
+    Drive("two_corridors", "two_corridors", _false_loops("two_corridors"), beams.profiles, reach_m=None, family="false_loops",
           quick=[f.AS_IT_IS, f.NO_ODOMETRY, f.Factor("every", 2), f.Factor("points", 4), f.Factor("beams", 4), f.Factor("noise", 3),
                  f.Factor("yaw", 5)]),
-    Drive("carpark_ramp", "carpark_ramp", _false_loops("carpark_ramp"), beams.profiles, reach_m=None,
+    Drive("carpark_ramp", "carpark_ramp", _false_loops("carpark_ramp"), beams.profiles, reach_m=None, family="false_loops",
           quick=[f.AS_IT_IS, f.Factor("noise", 1), f.Factor("points", 8)]),
     # Of every other scan too little is seen by both; its odometry is its truth with noise.
     Drive("kitti_07_dump", "kitti_07_dump", _kitti_07_dump, beams.rings, reach_m=None, noise_of_truth=True,
           factors=[f.AS_IT_IS, *f.POINTS, *f.BEAMS, *f.ODOMETRY],
           quick=[f.AS_IT_IS, f.Factor("points", 4), f.Factor("beams", 4), f.Factor("noise", 1), f.Factor("noise", 10), f.Factor("yaw", 5)]),
-    Drive("town-1", "town, seed 1", _town(1), beams.profiles, holds=True, quick=[f.AS_IT_IS, f.NO_ODOMETRY, f.Factor("points", 16)]),
-    Drive("town-2", "town, seed 2", _town(2), beams.profiles, factors=_few),
-    Drive("town-3", "town, seed 3", _town(3), beams.profiles, factors=_few),
+    Drive("town-1", "town, seed 1", _town(1), beams.profiles, holds=True, family="town", quick=[f.AS_IT_IS, f.NO_ODOMETRY, f.Factor("points", 16)]),
+    Drive("town-2", "town, seed 2", _town(2), beams.profiles, factors=_few, family="town"),
+    Drive("town-3", "town, seed 3", _town(3), beams.profiles, factors=_few, family="town"),
     Drive("simulated-drive", "simulated drive", _simulated_drive, beams.profiles),
 ]

@@ -23,7 +23,7 @@ def _share_of_limit(figures):
 
 
 def read(files):
-    """Setting's name -> (set, factor) -> row."""
+    """Name of the setting -> (set, factor) -> row."""
     settings = {}
     for file in map(Path, files):
         settings[file.stem] = {(row["set"], row["factor"]): row for row in json.loads(file.read_text())["rows"]}
@@ -31,29 +31,35 @@ def read(files):
 
 
 def table(settings):
-    """Markdown. Only what every setting was run on counts; every drive counts the same, however many factors it has."""
+    """Markdown. Only what every setting was run on counts. Drives of one family are left out together, and every family counts the same,
+    however many runs it has.
+    """
     common = sorted(set.intersection(*(set(rows) for rows in settings.values())))
-    drives = sorted({drive for drive, _ in common})
-    cost = {name: {drive: np.mean([badness(rows[key]) for key in common if key[0] == drive]) for drive in drives}
-            for name, rows in settings.items()}
+    family_of = {key: row["family"] for rows in settings.values() for key, row in rows.items()}
+    families = sorted({family_of[key] for key in common})
+    rows_of = {(name, family): [rows[key] for key in common if family_of[key] == family]
+               for name, rows in settings.items() for family in families}
+    cost = {key: float(np.mean([badness(row) for row in rows])) for key, rows in rows_of.items()}
 
-    def off(name, drive):
-        chosen = [settings[name][key] for key in common if key[0] == drive]
-        wrong = sum((row["loops"] or {}).get("wrong", 0) for row in chosen)
-        return f"{sum(row['is_off'] for row in chosen)} of {len(chosen)} off, {wrong} loops wrong"
+    def mean_cost(name, over):
+        return float(np.mean([cost[name, family] for family in over])) if over else 0.0
+
+    def given(name, family):
+        rows = rows_of[name, family]
+        wrong = sum((row["loops"] or {}).get("wrong", 0) for row in rows)
+        return f"{sum(row['is_off'] for row in rows)} of {len(rows)} off, {wrong} loops wrong ({cost[name, family]:.3f})"
 
     lines = [f"{len(settings)} settings, {len(common)} runs that all have.", "",
              "| left out | the others choose | which gives there | best there | which gives |", "|---|---|---|---|---|"]
-    for left_out in drives:
-        rest = [drive for drive in drives if drive != left_out]
-        chosen = min(settings, key=lambda name: np.mean([cost[name][drive] for drive in rest]) if rest else 0)
-        best = min(settings, key=lambda name: cost[name][left_out])
-        lines.append(f"| {left_out} | {chosen} | {off(chosen, left_out)} ({cost[chosen][left_out]:.3f}) | {best} | "
-                     f"{off(best, left_out)} ({cost[best][left_out]:.3f}) |")
-    overall = min(settings, key=lambda name: np.mean(list(cost[name].values())))
-    lines += ["", f"All drives together choose {overall} ({np.mean(list(cost[overall].values())):.3f}).", "",
-              "| setting | " + " | ".join(drives) + " | all |", "|---|" + "---|" * (len(drives) + 1)]
+    for left_out in families:
+        rest = [family for family in families if family != left_out]
+        chosen = min(settings, key=lambda name: mean_cost(name, rest))
+        best = min(settings, key=lambda name: cost[name, left_out])
+        lines.append(f"| {left_out} | {chosen} | {given(chosen, left_out)} | {best} | {given(best, left_out)} |")
+    overall = min(settings, key=lambda name: mean_cost(name, families))
+    lines += ["", f"All drives together choose {overall} ({mean_cost(overall, families):.3f}).", "",
+              "| setting | " + " | ".join(families) + " | all |", "|---|" + "---|" * (len(families) + 1)]
     for name in settings:
-        lines.append(f"| {name} | " + " | ".join(f"{cost[name][drive]:.3f}" for drive in drives) +
-                     f" | {np.mean(list(cost[name].values())):.3f} |")
+        costs = [cost[name, family] for family in families] + [mean_cost(name, families)]
+        lines.append(f"| {name} | " + " | ".join(f"{value:.3f}" for value in costs) + " |")
     return "\n".join(lines) + "\n"

@@ -10,7 +10,7 @@ GOOD_SHARE = 0.9  # of the maps that are right, at least
 
 def row(drive, factor, judgement, result, peer):
     loops = judgement.loops
-    return {"set": drive.name, "factor": factor.name, "drive": drive.title, "change": factor.title, "is_off": bool(judgement.reasons),
+    return {"set": drive.name, "family": drive.family, "factor": factor.name, "drive": drive.title, "change": factor.title, "is_off": bool(judgement.reasons),
             "has_to_be_right": drive.holds and factor == f.AS_IT_IS,
             "reasons": judgement.reasons, "text": judgement.text, "figures": judgement.figures,
             "loops": None if loops is None else asdict(loops), "verdict": result.verdict,

@@ -201,7 +201,7 @@ class Off(unittest.TestCase):
 
 
 def row(is_off, verdict, name="a", wrong=0, has_to_be_right=False):
-    return {"set": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
+    return {"set": name, "family": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
             "has_to_be_right": has_to_be_right, "text": "", "figures": {"error_m": 0.2, "limit_m": 0.3}, "verdict": verdict,
             "loops": {"right": 1, "wrong": wrong, "missed": 0, "visits": 1}, "median_ms": 1.0, "worst_ms": 2.0, "peer": None}
 
@@ -237,6 +237,12 @@ class LeaveOneOut(unittest.TestCase):
         text = leave_one_out.table({"fitted": fitted, "steady": steady})
         self.assertIn("| a | steady | 0 of 1 off, 1 loops wrong", text)
         self.assertIn("All drives together choose steady", text)
+
+    def test_drives_of_one_family_are_left_out_together(self):
+        fitted = {(name, "x"): row(name == "c", "-", name) | {"family": "town" if name in "ab" else name} for name in "abc"}
+        steady = {(name, "x"): row(name != "c", "-", name) | {"family": "town" if name in "ab" else name} for name in "abc"}
+        text = leave_one_out.table({"fitted": fitted, "steady": steady})
+        self.assertIn("| town | steady | 2 of 2 off", text)
 
 
 if __name__ == "__main__":
