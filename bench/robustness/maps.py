@@ -55,18 +55,27 @@ class Map:
                 self.loops.append((first, last, matched if matched is not None else p.between(self.poses[first], self.poses[last])))
 
     def consistency(self):
-        return consistency(self._folder, self._folder, self._variant, self._place, self._pairs)
+        return consistency(self._folder, self.rows, self._folder, self._variant, self._place, self._pairs)
 
 
-def consistency(trajectory, folder, variant, place, all_pairs):
-    """`alces evaluate --consistency` with all points of the scans, for the pairs of revisits that are among them; kept in the folder."""
+def consistency(trajectory, rows, folder, variant, place, all_pairs):
+    """`alces evaluate --consistency` with all points of the scans (`rows` of the variant), for the pairs of revisits that are among them;
+    kept in the folder.
+    """
     file = folder / "consistency.json"
     if not file.exists():
-        place_of = {int(row): number for number, row in enumerate(variant.rows)}
+        place_of = {int(row): number for number, row in enumerate(variant.rows[rows])}
         pairs = [[place_of[a], place_of[b]] for a, b in json.loads(all_pairs.read_text()) if a in place_of and b in place_of]
         chosen = folder / "pairs.json"
         chosen.write_text(json.dumps(pairs))
-        ended = subprocess.run([place.alces, "evaluate", trajectory, "--consistency", variant.full_scans, "--pairs", chosen, "--json"],
+        scans = variant.full_scans
+        if len(rows) < len(variant.rows):  # as many scans as poses
+            scans = folder / "scans"
+            scans.mkdir(exist_ok=True)
+            for row in rows:
+                link = next(variant.full_scans.glob(f"scan{row:04}.*"))
+                (scans / link.name).symlink_to(link)
+        ended = subprocess.run([place.alces, "evaluate", trajectory, "--consistency", scans, "--pairs", chosen, "--json"],
                                capture_output=True, text=True, check=True)
         file.write_text(ended.stdout)
     return json.loads(file.read_text())

@@ -13,12 +13,12 @@ class GicpMap:
     exit_status, problem, loops = 0, "", ()
 
     def __init__(self, folder, variant, place, pairs):
-        self._arguments = (folder / "trajectory.tum", folder, variant, place, pairs)
+        self._folder, self._variant, self._place, self._pairs = folder, variant, place, pairs
         rows, self.poses = p.read_tum(folder / "trajectory.tum")
         self.rows, self.poses_without_loops = rows.astype(int), self.poses
 
     def consistency(self):
-        return maps.consistency(*self._arguments)
+        return maps.consistency(self._folder / "trajectory.tum", self.rows, self._folder, self._variant, self._place, self._pairs)
 
 
 def gicp(program, drive, factor, variant, place):
