@@ -200,6 +200,22 @@ class Off(unittest.TestCase):
         json.dumps(wrong.figures)  # none of NumPy's own numbers
 
 
+    def test_revisits_without_overlap_or_centimetres_apart_are_off(self):
+        drive = types.SimpleNamespace(truth=self.truth, reach_m=5.0, gap_m=40.0, judge=judges.hannover1)
+
+        def campus_judged(lost, revisits_m):
+            groups = [{"name": name, "median_m": median_m, "without_overlap": lost, "pairs": 298}
+                      for name, median_m in (("next", 0.02), ("five apart", 0.05), ("revisits", revisits_m))]
+            result = types.SimpleNamespace(exit_status=0, problem="", poses=self.truth, rows=np.arange(200), loops=[],
+                                           consistency=lambda: {"groups": groups})
+            return judges.judge(drive, np.arange(200), result)
+
+        self.assertEqual(campus_judged(0, 0.03).reasons, [])
+        self.assert_off(campus_judged(1, 0.03), "1 of 298 pairs")
+        self.assert_off(campus_judged(0, 0.061), "6.1 cm apart")
+        self.assert_off(campus_judged(298, None), "298 of 298 pairs")
+
+
 def row(is_off, verdict, name="a", wrong=0, has_to_be_right=False):
     return {"set": name, "family": name, "factor": "as-it-is", "drive": name, "change": "as it is", "is_off": is_off, "reasons": ["torn"] if is_off else [],
             "has_to_be_right": has_to_be_right, "text": "", "figures": {"error_m": 0.2, "limit_m": 0.3}, "verdict": verdict,
