@@ -1,8 +1,7 @@
 // PCL's ICP and GICP on a drive, scan against the one before, as a peer for our front end: time a scan and
 // drift.
 //   bench_pcl_drive --method gicp --scans 924 --seed 1        the synthetic town
-//   bench_pcl_drive --method icp --folder DIR                 scanNNN.pcd, odometry.tum, truth.tum as
-//   alces_town writes
+//   bench_pcl_drive --method icp --folder DIR                 what `alces map` reads, truth.tum beside
 #include <fmt/core.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/pcl_config.h>
@@ -24,6 +23,8 @@
 #include <vector>
 
 #include "alces/pose.h"
+#include "alces_offline/error.h"
+#include "alces_offline/scan_source.h"
 #include "alces_platform/sim/drive.h"
 
 namespace {
@@ -53,23 +54,26 @@ std::vector<Pose> read_tum(const std::filesystem::path& path) {
   return poses;
 }
 
-// Binary, three floats a point, as alces_town writes it.
-Cloud::Ptr read_pcd(const std::filesystem::path& path) {
-  auto cloud = std::make_shared<Cloud>();
-  std::ifstream file(path, std::ios::binary);
-  for (std::string line; line != "DATA binary" && std::getline(file, line);) {
-  }
-  float xyz[3];
-  while (file.read(reinterpret_cast<char*>(xyz), sizeof xyz)) cloud->push_back({xyz[0], xyz[1], xyz[2]});
-  return cloud;
-}
-
+// Where a scan has no odometry none is used: the last step is the guess for the next.
 Input from_folder(const std::filesystem::path& folder) {
+  const std::shared_ptr<alces::offline::ScanSource> source = alces::offline::open_scans(folder);
   Input input;
-  input.odometry = read_tum(folder / "odometry.tum");
+  input.size = source->size();
+  for (std::size_t i = 0; i < input.size; ++i) {
+    if (const auto pose = source->odometry(i)) input.odometry.push_back(*pose);
+  }
+  if (input.odometry.size() < input.size) input.odometry.clear();
   input.truth = read_tum(folder / "truth.tum");
-  input.size = input.odometry.size();
-  input.cloud = [folder](std::size_t i) { return read_pcd(folder / fmt::format("scan{:03}.pcd", i)); };
+  if (input.truth.size() < input.size) input.truth.clear();
+  input.cloud = [source](std::size_t i) {
+    std::vector<alces::Point> points;
+    source->read(i, points);
+    auto cloud = std::make_shared<Cloud>();
+    for (const alces::Point& point : points) {
+      if (is_finite(point)) cloud->push_back({point.x, point.y, point.z});
+    }
+    return cloud;
+  };
   return input;
 }
 
@@ -124,7 +128,8 @@ int main(int argc, char** argv) {
         return true;
       },
       "Of the town's scanner (15)");
-  app.add_option("--folder", folder, "A folder of scans instead of the town");
+  app.add_option("--folder", folder,
+                 "A folder of scans instead of the town, with its odometry if there is any");
   app.add_option("--stride", stride, "Use every n-th scan")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -137,10 +142,16 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "Write the estimated trajectory here (TUM)");
   CLI11_PARSE(app, argc, argv);
 
-  Input input = folder.empty() ? from_town(settings) : from_folder(folder);
+  Input input;
+  try {
+    input = folder.empty() ? from_town(settings) : from_folder(folder);
+  } catch (const alces::offline::Error& error) {
+    fmt::print(stderr, "bench_pcl_drive: {}\n", error.what());
+    return 3;
+  }
   if (!folder.empty() && scans->count() > 0) input.size = std::min(input.size, settings.scans);
   if (input.size == 0) {
-    fmt::print(stderr, "bench_pcl_drive: no odometry.tum in {}\n", folder);
+    fmt::print(stderr, "bench_pcl_drive: no scans\n");
     return 3;
   }
 
@@ -155,7 +166,7 @@ int main(int argc, char** argv) {
 
   std::vector<double> total_ms, reduce_ms, errors_m, errors_xy_m, errors_deg, step_errors_m, points, reduced;
   Cloud::Ptr before;
-  Pose map_from_before;
+  Pose map_from_before, last_step;
   std::size_t last = 0;
   std::ofstream trajectory;
   if (!out.empty()) trajectory.open(out);
@@ -171,13 +182,15 @@ int main(int argc, char** argv) {
     const auto at_match = std::chrono::steady_clock::now();
     Pose map_from_body;
     if (before) {
-      const Pose guess = input.odometry[last].inverse() * input.odometry[i];
+      const Pose guess =
+          input.odometry.empty() ? last_step : input.odometry[last].inverse() * input.odometry[i];
       Cloud aligned;
       registration->setInputTarget(before);
       registration->setInputSource(cloud);
       registration->align(aligned, guess.matrix().cast<float>());
       const Pose before_from_body = Pose::from_matrix(registration->getFinalTransformation().cast<double>());
       map_from_body = map_from_before * before_from_body;
+      last_step = before_from_body;
       const auto end = std::chrono::steady_clock::now();
       total_ms.push_back(std::chrono::duration<double, std::milli>(end - start).count());
       reduce_ms.push_back(std::chrono::duration<double, std::milli>(at_match - start).count());

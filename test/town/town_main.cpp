@@ -11,34 +11,16 @@
 #include <string>
 
 #include "alces_platform/sim/drive.h"
+#include "scan_files.h"
 
 namespace {
 
 using namespace alces;
 
-bool write_pcd(const std::filesystem::path& path, const std::vector<Point>& points) {
-  std::ofstream file(path, std::ios::binary);
-  file << fmt::format(
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT "
-      "1 1 1\n"
-      "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
-      points.size());
-  static_assert(sizeof(Point) == 3 * sizeof(float));
-  file.write(reinterpret_cast<const char*>(points.data()),
-             static_cast<std::streamsize>(points.size() * sizeof(Point)));
-  return file.flush().good();
-}
-
 template <typename PoseOf>
 bool write_tum(const std::filesystem::path& path, std::size_t size, PoseOf pose_of) {
   std::ofstream file(path);
-  for (std::size_t i = 0; i < size; ++i) {
-    const Pose& pose = pose_of(i);
-    const Eigen::Vector3d& t = pose.translation_m;
-    const Eigen::Quaterniond& q = pose.rotation;
-    file << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(), t.z(),
-                        q.x(), q.y(), q.z(), q.w());
-  }
+  for (std::size_t i = 0; i < size; ++i) file << sim::tum_line(static_cast<double>(i), pose_of(i));
   return file.flush().good();
 }
 
@@ -86,7 +68,7 @@ int main(int argc, char** argv) {
     thread_local std::vector<Point> points;
     drive.points(i, points);
     points_written += points.size();
-    if (!write_pcd(folder / fmt::format("scan{:03}.pcd", i), points)) all_good = false;
+    if (!sim::write_pcd(folder / fmt::format("scan{:03}.pcd", i), points)) all_good = false;
     const std::size_t count = ++done;
     if (count % 20 == 0 || count == drive.size()) {
       const std::lock_guard lock(progress);
