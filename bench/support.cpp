@@ -1,15 +1,9 @@
 #include "support.h"
 
 #include <fmt/core.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
-#include <exception>
-#include <fstream>
 #include <memory>
-#include <numeric>
 #include <stdexcept>
 
 #include "alces/voxel_grid.h"
@@ -62,15 +56,6 @@ Drive from_town(sim::DriveSettings settings, std::size_t returned_points) {
   return drive;
 }
 
-std::string processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown processor";
-}
-
 }  // namespace
 
 void DriveOptions::add_to(CLI::App& app) {
@@ -84,12 +69,15 @@ void DriveOptions::add_to(CLI::App& app) {
       ->capture_default_str();
 }
 
-Drive DriveOptions::open() const {
-  if (!folder_.empty()) return from_folder(folder_, scans_);
+Drive town(std::uint64_t seed, std::size_t scans, std::size_t returned_points) {
   sim::DriveSettings settings;
-  settings.scans = scans_;
-  settings.seed = seed_;
-  return from_town(settings, returned_points_);
+  settings.scans = scans;
+  settings.seed = seed;
+  return from_town(settings, returned_points);
+}
+
+Drive DriveOptions::open() const {
+  return folder_.empty() ? town(seed_, scans_, returned_points_) : from_folder(folder_, scans_);
 }
 
 std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m) {
@@ -102,64 +90,6 @@ std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m) 
   (void)grid->reduce(points, few, counts);  // an empty scan stays one
   few.resize(counts.kept);
   return few;
-}
-
-double Samples::median() const {
-  if (values_.empty()) return 0;
-  std::vector<double> values = values_;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double Samples::mean() const {
-  if (values_.empty()) return 0;
-  return std::accumulate(values_.begin(), values_.end(), 0.0) / static_cast<double>(values_.size());
-}
-
-double Samples::worst() const {
-  return values_.empty() ? 0 : *std::max_element(values_.begin(), values_.end());
-}
-
-void print_heading(std::string_view title) {
-  double load[1] = {0};
-  if (getloadavg(load, 1) != 1) load[0] = std::nan("");
-  fmt::print("### {}\n\n{}, one thread; load average at the start {:.1f} on {} cores.\n\n", title,
-             processor(), load[0], sysconf(_SC_NPROCESSORS_ONLN));
-}
-
-void print_row(std::initializer_list<std::string> cells) {
-  for (const std::string& cell : cells) fmt::print("| {} ", cell);
-  fmt::print("|\n");
-  std::fflush(stdout);
-}
-
-void print_header(std::initializer_list<std::string> names) {
-  print_row(names);
-  for (std::size_t i = 0; i < names.size(); ++i) fmt::print("|---");
-  fmt::print("|\n");
-}
-
-void print_progress(std::size_t done, std::size_t total) {
-  if (isatty(STDERR_FILENO) == 0) return;
-  if (done < total) {
-    fmt::print(stderr, "\r{} of {} ", done, total);
-  } else {
-    fmt::print(stderr, "\r\033[K");
-  }
-}
-
-int run(int argc, char** argv, CLI::App& app, const std::function<void()>& body) {
-  try {
-    app.parse(argc, argv);
-    body();
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", argv[0], error.what());
-    return 3;
-  }
-  return 0;
 }
 
 }  // namespace alces::bench
