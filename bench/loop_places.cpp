@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "alces_offline/scan_source.h"
+#include "alces_offline/trajectory.h"
 #include "alces_platform/settings/mapper_settings.h"
 #include "places/place_trial.h"
 #include "tables.h"
@@ -32,12 +34,13 @@ struct Options {
   std::string settings_file;
   std::string json;
   std::string dump;
+  std::vector<std::string> drives;  ///< NAME=SCANS:REFERENCE[:FIRST-LAST]
 };
 
 /// Of all trials of one kind and noise.
 struct Tally {
   std::size_t drives = 0, others = 0, others_taken = 0, off = 0;
-  std::size_t revisits = 0, revisits_taken = 0;
+  std::size_t revisits = 0, revisits_taken = 0, bare = 0, bare_taken = 0;  ///< those on bare ground apart
   std::size_t own_offered = 0, own_taken = 0, own_off = 0;
   std::size_t worse = 0;
   Samples without_m, with_m;
@@ -45,13 +48,17 @@ struct Tally {
   void add(const Trial& trial) {
     ++drives;
     for (const TriedLoop& loop : trial.offered) {
-      ++(loop.is_revisit ? revisits : others);
       if (loop.is_off()) ++off;
-      if (!loop.is_taken()) continue;
+      const bool is_right = loop.is_recognised() && !loop.is_off();
       if (!loop.is_revisit) {
-        ++others_taken;
-      } else if (!loop.is_off()) {
-        ++revisits_taken;
+        ++others;
+        if (loop.is_recognised()) ++others_taken;
+      } else if (loop.is_bare) {
+        ++bare;
+        if (is_right) ++bare_taken;
+      } else {
+        ++revisits;
+        if (is_right) ++revisits_taken;
       }
     }
     for (const TriedLoop& loop : trial.own) {
@@ -70,6 +77,7 @@ nlohmann::json to_json(const TriedLoop& loop) {
   return {{"first", report.first},
           {"last", report.last},
           {"revisit", loop.is_revisit},
+          {"bare", loop.is_bare},
           {"verdict", text(report.verdict)},
           {"distance_m", report.distance_m},
           {"overlap", report.overlap},
@@ -123,13 +131,13 @@ std::string share(std::size_t part, std::size_t whole) {
 
 void print_tally(const std::string& kind, double noise, const Tally& tally) {
   print_row({kind, fmt::format("{:g}", noise), fmt::format("{}", tally.drives), fmt::format("{} / {}", tally.others, tally.others_taken),
-             fmt::format("{}", tally.off), share(tally.revisits_taken, tally.revisits),
+             fmt::format("{}", tally.off), share(tally.revisits_taken, tally.revisits), share(tally.bare_taken, tally.bare),
              fmt::format("{} / {} / {}", tally.own_offered, tally.own_taken, tally.own_off),
              fmt::format("{:.3f} / {:.3f}", tally.without_m.mean(), tally.with_m.mean()), fmt::format("{}", tally.worse)});
 }
 
 void print_heads() {
-  print_header({"kind", "noise", "drives", "different: offered / taken", "off", "revisits taken", "own: offered / taken / off",
+  print_header({"kind", "noise", "drives", "different: offered / taken", "off", "revisits taken", "on bare ground", "own: offered / taken / off",
                 "error without / with, m", "worse"});
 }
 
@@ -155,53 +163,129 @@ std::vector<Scanner> wanted_scanners(const Options& options) {
   return scanners;
 }
 
-void measure(const Options& options) {
-  const std::vector<Kind> kinds = wanted_kinds(options);
-  const std::vector<Scanner> scanners = wanted_scanners(options);
-  std::map<double, Tally> all;
-  nlohmann::json cases = nlohmann::json::array();
-  print_heading("Loops that are not there");
-  print_heads();
-  for (const Kind kind : kinds) {
-    std::map<std::pair<std::string, double>, Tally> tallies;
-    for (std::uint64_t seed = options.first_seed; seed < options.first_seed + options.seeds; ++seed) {
-      for (const Scanner scanner : scanners) {
-        const PlaceDrive drive = drive_through(make_place(kind, seed), scanner, options.pairs);
-        MapperConfig config = place_config(drive.truth.size());
-        if (!options.settings_file.empty()) settings::read_mapper_settings(options.settings_file, config);
-        for (const double noise : options.noises) {
-          if (!options.dump.empty()) {
-            dump(drive, noise,
-                 std::filesystem::path(options.dump) /
-                     fmt::format("{}-{}-{}-x{:g}", name(kind), seed, name(scanner), noise));
-            continue;
-          }
-          const Trial trial = try_mapper(drive, noise, config);
-          tallies[{drive.place.is_bare ? fmt::format("{}, bare", name(kind)) : std::string(name(kind)), noise}].add(trial);
-          all[noise].add(trial);
-          nlohmann::json one{{"kind", name(kind)},
-                             {"bare", drive.place.is_bare},
-                             {"what", drive.place.what},
-                             {"seed", seed},
-                             {"scanner", name(scanner)},
-                             {"noise", noise},
-                             {"scans", drive.truth.size()},
-                             {"predicted", trial.predicted},
-                             {"error_without_m", trial.error_without_m},
-                             {"error_with_m", trial.error_with_m},
-                             {"worse", trial.is_worse()},
-                             {"offered", nlohmann::json::array()},
-                             {"own", nlohmann::json::array()}};
-          for (const TriedLoop& loop : trial.offered) one["offered"].push_back(to_json(loop));
-          for (const TriedLoop& loop : trial.own) one["own"].push_back(to_json(loop));
-          cases.push_back(std::move(one));
+class Results {
+ public:
+  void add(const std::string& row, double noise, const Trial& trial, nlohmann::json one) {
+    rows_[{row, noise}].add(trial);
+    all_[noise].add(trial);
+    one["noise"] = noise;
+    one["predicted"] = trial.predicted;
+    one["error_without_m"] = trial.error_without_m;
+    one["error_with_m"] = trial.error_with_m;
+    one["worse"] = trial.is_worse();
+    one["offered"] = nlohmann::json::array();
+    one["own"] = nlohmann::json::array();
+    for (const TriedLoop& loop : trial.offered) one["offered"].push_back(to_json(loop));
+    for (const TriedLoop& loop : trial.own) one["own"].push_back(to_json(loop));
+    cases_.push_back(std::move(one));
+  }
+  /// Prints what was added since the last time.
+  void print_rows(const std::string& json_file) {
+    for (const auto& [key, tally] : rows_) print_tally(key.first, key.second, tally);
+    rows_.clear();
+    if (!json_file.empty()) std::ofstream(json_file) << cases_.dump(1) << '\n';
+  }
+  void print_sum() const {
+    for (const auto& [noise, tally] : all_) print_tally("all", noise, tally);
+  }
+
+ private:
+  std::map<std::pair<std::string, double>, Tally> rows_;
+  std::map<double, Tally> all_;
+  nlohmann::json cases_ = nlohmann::json::array();
+};
+
+MapperConfig config_for(std::size_t scans, const Options& options) {
+  MapperConfig config = place_config(scans);
+  if (!options.settings_file.empty()) settings::read_mapper_settings(options.settings_file, config);
+  return config;
+}
+
+void try_places(Kind kind, const Options& options, Results& results) {
+  for (std::uint64_t seed = options.first_seed; seed < options.first_seed + options.seeds; ++seed) {
+    for (const Scanner scanner : wanted_scanners(options)) {
+      const PlaceDrive drive = drive_through(make_place(kind, seed), scanner, options.pairs);
+      for (const double noise : options.noises) {
+        if (!options.dump.empty()) {
+          dump(drive, noise,
+               std::filesystem::path(options.dump) / fmt::format("{}-{}-{}-x{:g}", name(kind), seed, name(scanner), noise));
+          continue;
         }
+        const Trial trial = try_mapper(drive, noise, config_for(drive.truth.size(), options));
+        results.add(std::string(name(kind)), noise, trial,
+                    {{"kind", name(kind)},
+                     {"what", drive.place.what},
+                     {"seed", seed},
+                     {"scanner", name(scanner)},
+                     {"scans", drive.truth.size()}});
       }
     }
-    for (const auto& [key, tally] : tallies) print_tally(key.first, key.second, tally);
-    if (!options.json.empty()) std::ofstream(options.json) << cases.dump(1) << '\n';
   }
-  for (const auto& [noise, tally] : all) print_tally("all", noise, tally);
+}
+
+/// A drive that others have recorded, or a part of it, and where its scans were as far as that is known.
+void try_drive(const std::string& text, const Options& options, Results& results) {
+  const std::size_t equals = text.find('=');
+  const std::size_t colon = text.find(':', equals);
+  if (equals == std::string::npos || colon == std::string::npos)
+    throw std::runtime_error(text + ": a drive is named as NAME=SCANS:REFERENCE[:FIRST-LAST]");
+  const std::string drive_name = text.substr(0, equals);
+  const std::size_t range = text.find(':', colon + 1);
+  const std::unique_ptr<offline::ScanSource> source = offline::open_scans(text.substr(equals + 1, colon - equals - 1));
+  const offline::Trajectory reference = offline::read_trajectory(text.substr(colon + 1, range - colon - 1));
+  if (reference.size() != source->size()) throw std::runtime_error(drive_name + ": not as many reference poses as scans");
+  std::size_t first = 0;
+  std::size_t end = source->size();
+  if (range != std::string::npos) {
+    const std::size_t dash = text.find('-', range);
+    first = std::stoul(text.substr(range + 1));
+    if (dash == std::string::npos || (end = std::stoul(text.substr(dash + 1)) + 1) > source->size() || first >= end)
+      throw std::runtime_error(text + ": no such range of scans");
+  }
+  std::vector<std::vector<Point>> scans(end - first);
+  std::vector<Pose> odometry;
+  std::vector<Pose> truth;
+  for (std::size_t i = first; i < end; ++i) {
+    source->read(i, scans[i - first]);
+    const std::optional<Pose> pose = source->odometry(i);
+    if (!pose) throw std::runtime_error(source->name(i) + " has no odometry");
+    odometry.push_back(*pose);
+    truth.push_back(reference.poses[first].inverse() * reference.poses[i]);
+  }
+  PairRules rules;
+  rules.most = 5 * options.pairs;
+  rules.nearest_other_m = 4;
+  rules.revisit_way_m = 60;
+  rules.seed = options.first_seed;
+  const std::vector<Pair> pairs = choose_pairs(truth, rules);
+  for (const double noise : options.noises) {
+    const std::vector<Pose> worse = disturbed(odometry, noise, options.first_seed);
+    Feed feed;
+    feed.points = [&](std::size_t scan) -> std::span<const Point> { return scans[scan]; };
+    feed.odometry = worse;
+    feed.truth = truth;
+    feed.pairs = pairs;
+    MapperConfig config = config_for(scans.size(), options);
+    config.pool_bytes = std::size_t{256} << 20;
+    results.add(drive_name, noise, try_mapper(feed, config),
+                {{"kind", drive_name}, {"seed", options.first_seed}, {"scans", scans.size()}});
+  }
+}
+
+void measure(const Options& options) {
+  Results results;
+  print_heading("Loops that are not there");
+  print_heads();
+  const bool drives_only = !options.drives.empty() && options.kinds.empty();
+  for (const Kind kind : drives_only ? std::vector<Kind>{} : wanted_kinds(options)) {
+    try_places(kind, options, results);
+    results.print_rows(options.json);
+  }
+  for (const std::string& drive : options.drives) {
+    try_drive(drive, options, results);
+    results.print_rows(options.json);
+  }
+  results.print_sum();
 }
 
 }  // namespace
@@ -216,6 +300,7 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", options.seeds, "Places of each kind")->capture_default_str();
   app.add_option("--pairs", options.pairs, "Offered of a drive: different places, and as many revisits")->capture_default_str();
   app.add_option("--config", options.settings_file, "Settings of the mapper, as alces map takes them");
+  app.add_option("--drive", options.drives, "NAME=SCANS:REFERENCE[:FIRST-LAST], recorded scans and where they were; without --kind these alone");
   app.add_option("--json", options.json, "File to write: every case and every loop");
   app.add_option("--dump", options.dump, "Folder: write the drives as PLY scans, odometry.tum, truth.tum, and map nothing");
   return alces::bench::run(argc, argv, app, [&] { measure(options); });

@@ -8,27 +8,11 @@
 
 #include "alces/voxel_grid.h"
 #include "alces_offline/scan_source.h"
+#include "alces_offline/trajectory.h"
 #include "support/in_block.h"
 
 namespace alces::bench {
 namespace {
-
-Drive from_folder(const std::string& folder, std::size_t most_scans) {
-  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder);
-  Drive drive;
-  drive.size = std::min(source->size(), most_scans);
-  drive.name = fmt::format("{} ({})", folder, source->description());
-  drive.points = [source](std::size_t index, std::vector<Point>& points) {
-    source->read(index, points);
-    std::erase_if(points, [](const Point& point) { return !is_finite(point); });
-  };
-  for (std::size_t i = 0; i < drive.size; ++i) {
-    const std::optional<Pose> odometry = source->odometry(i);
-    if (!odometry) throw std::runtime_error(source->name(i) + " has no odometry");
-    drive.odometry.push_back(*odometry);
-  }
-  return drive;
-}
 
 /// As many rays as bring back about so many points: most of them look into the sky or through windows.
 std::size_t rays_for(const sim::DriveSettings& settings, std::size_t returned_points) {
@@ -69,6 +53,27 @@ void DriveOptions::add_to(CLI::App& app) {
       ->capture_default_str();
 }
 
+Drive recorded(const std::string& folder, std::size_t most_scans, const std::string& truth_file) {
+  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder);
+  Drive drive;
+  drive.size = std::min(source->size(), most_scans);
+  drive.name = fmt::format("{} ({})", folder, source->description());
+  drive.points = [source](std::size_t index, std::vector<Point>& points) {
+    source->read(index, points);
+    std::erase_if(points, [](const Point& point) { return !is_finite(point); });
+  };
+  for (std::size_t i = 0; i < drive.size; ++i) {
+    const std::optional<Pose> odometry = source->odometry(i);
+    if (!odometry) throw std::runtime_error(source->name(i) + " has no odometry");
+    drive.odometry.push_back(*odometry);
+  }
+  if (truth_file.empty()) return drive;
+  const offline::Trajectory truth = offline::read_trajectory(truth_file);
+  if (truth.size() != source->size()) throw std::runtime_error(truth_file + ": not as many poses as there are scans");
+  for (std::size_t i = 0; i < drive.size; ++i) drive.truth.push_back(truth.poses[0].inverse() * truth.poses[i]);
+  return drive;
+}
+
 Drive town(std::uint64_t seed, std::size_t scans, std::size_t returned_points) {
   sim::DriveSettings settings;
   settings.scans = scans;
@@ -77,7 +82,7 @@ Drive town(std::uint64_t seed, std::size_t scans, std::size_t returned_points) {
 }
 
 Drive DriveOptions::open() const {
-  return folder_.empty() ? town(seed_, scans_, returned_points_) : from_folder(folder_, scans_);
+  return folder_.empty() ? town(seed_, scans_, returned_points_) : recorded(folder_, scans_);
 }
 
 std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m) {

@@ -214,7 +214,6 @@ Place make_field(std::uint64_t seed) {
     place.corners_m.emplace_back(offset_m, offset_m, 0);
     place.corners_m.emplace_back(width_m + offset_m, offset_m, 0);
   }
-  place.is_bare = poles <= 4;
   place.what = fmt::format("{} poles{}", poles, opposite ? ", again the other way" : ", again the same way");
   return place;
 }

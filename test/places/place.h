@@ -43,7 +43,6 @@ struct Place {
   double step_m = 1;       ///< between scans
   double reach_m = 60;     ///< of the scanner at most: fog, or a small laser
   bool is_outdoors = false;
-  bool is_bare = false;    ///< too little stands there to tell where one is, even for a person
   std::string what;        ///< what was drawn: "shelves filled alike, the other way"
 };
 

@@ -12,10 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double revisit_m = 2.0;       // at most: the same place
-constexpr double nearest_other_m = 2.0;  // other places in open view are farther apart
-constexpr double farthest_m = 15;        // as far as the mapper looks for loops
-constexpr double gap_m = 12;             // of way in between
+constexpr double revisit_m = 2.0;  // at most: the same place
 constexpr std::uint32_t gap_scans = 15;
 
 /// The way with its corners rounded, a point every few centimetres.
@@ -104,30 +101,55 @@ bool in_sight(const sim::Scene& scene, const Vector3d& from, const Vector3d& to)
   return hit.surface == sim::Surface::none || static_cast<double>(hit.range_m) >= way_m - 0.05;
 }
 
-/// Of each sort of pairs so many, spread over the drive. Every other pair of different places is the nearest
-/// such scan, as the mapper itself would offer it; the rest are any within reach.
-std::vector<Pair> choose_pairs(const Place& place, const std::vector<Pose>& world_from_scanner, std::size_t most) {
-  const auto count = static_cast<std::uint32_t>(world_from_scanner.size());
+/// Outdoors: whether fewer than three things stand around, each in a direction of its own.
+bool is_bare(const Place& place, const Pose& world_from_scanner, const std::vector<Point>& scan) {
+  constexpr double standing_m = 0.3;  // above the ground
+  constexpr std::size_t sectors = 36;
+  constexpr int enough_points = 3;
+  constexpr int enough_sectors = 3;
+  if (!place.is_outdoors) return false;
+  int points_in[sectors] = {};
+  for (const Point& point : scan) {
+    const Vector3d at = world_from_scanner * Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
+    if (at.z() < ground_m(place, at) + standing_m) continue;
+    const double turn = std::atan2(static_cast<double>(point.y), static_cast<double>(point.x)) / (2 * std::numbers::pi);
+    ++points_in[static_cast<std::size_t>((turn + 1) * sectors) % sectors];
+  }
+  return std::count_if(std::begin(points_in), std::end(points_in), [](int count) { return count >= enough_points; }) <
+         enough_sectors;
+}
+
+sim::OdometrySettings times(double noise) {
+  sim::OdometrySettings settings;
+  settings.scale_error *= noise;
+  settings.way_noise *= noise;
+  settings.heading_bias_deg_per_m *= noise;
+  settings.heading_walk_deg *= noise;
+  settings.turn_scale_error *= noise;
+  return settings;
+}
+
+}  // namespace
+
+std::vector<Pair> choose_pairs(std::span<const Pose> truth, const PairRules& rules) {
+  const auto count = static_cast<std::uint32_t>(truth.size());
   std::vector<double> way_m(count, 0);
   for (std::uint32_t i = 1; i < count; ++i)
-    way_m[i] = way_m[i - 1] + (world_from_scanner[i].translation_m - world_from_scanner[i - 1].translation_m).norm();
-  const double least_way_m = place.kind == Kind::pass ? 11 : gap_m;
+    way_m[i] = way_m[i - 1] + (truth[i].translation_m - truth[i - 1].translation_m).norm();
   std::vector<Pair> others;
   std::vector<Pair> revisits;
-  sim::Random random(sim::mix(place.seed, 30));
+  sim::Random random(sim::mix(rules.seed, 30));
   for (std::uint32_t last = 0; last < count; ++last) {
     std::vector<std::pair<double, std::uint32_t>> near_others;
     std::pair<double, std::uint32_t> nearest_revisit{revisit_m, count};
     for (std::uint32_t first = 0; first + gap_scans <= last; ++first) {
-      if (way_m[last] - way_m[first] < least_way_m) break;
-      const Vector3d& a = world_from_scanner[first].translation_m;
-      const Vector3d& b = world_from_scanner[last].translation_m;
-      const double apart_m = (a - b).norm();
-      const double reach_m = place.kind == Kind::yards ? 25 : farthest_m;
-      if (apart_m > reach_m) continue;
-      const bool is_seen = in_sight(place.scene, a, b);
-      if (is_seen && apart_m <= nearest_revisit.first) nearest_revisit = {apart_m, first};
-      if (!is_seen || apart_m > nearest_other_m) near_others.emplace_back(apart_m, first);
+      const double driven_m = way_m[last] - way_m[first];
+      if (driven_m < rules.least_way_m) break;
+      const double apart_m = (truth[first].translation_m - truth[last].translation_m).norm();
+      if (apart_m > rules.reach_m) continue;
+      const bool is_seen = rules.in_sight(first, last);
+      if (is_seen && apart_m <= nearest_revisit.first && driven_m >= rules.revisit_way_m) nearest_revisit = {apart_m, first};
+      if (!is_seen || apart_m > rules.nearest_other_m) near_others.emplace_back(apart_m, first);
     }
     if (nearest_revisit.second < count) {
       revisits.push_back({nearest_revisit.second, last, true});
@@ -140,22 +162,32 @@ std::vector<Pair> choose_pairs(const Place& place, const std::vector<Pose>& worl
   }
   std::vector<Pair> chosen;
   for (const std::vector<Pair>* sort : {&others, &revisits}) {
-    const std::size_t take = std::min(most, sort->size());
+    const std::size_t take = std::min(rules.most, sort->size());
     for (std::size_t k = 0; k < take; ++k) chosen.push_back((*sort)[(2 * k + 1) * sort->size() / (2 * take)]);
   }
   return chosen;
 }
 
-}  // namespace
+std::vector<Pose> disturbed(std::span<const Pose> odometry, double noise, std::uint64_t seed) {
+  constexpr double deg = std::numbers::pi / 180;
+  const sim::OdometrySettings settings = times(noise - 1);
+  sim::Random random(sim::mix(seed, 41));
+  const double scale = 1 + settings.scale_error * random.uniform(0.7, 1.3) * (random.chance(0.5) ? 1 : -1);
+  const double bias_rad_per_m = settings.heading_bias_deg_per_m * deg * random.normal();
+  std::vector<Pose> worse{odometry.front()};
+  for (std::size_t i = 1; i < odometry.size(); ++i) {
+    Pose step = odometry[i - 1].inverse() * odometry[i];
+    const double way_m = step.translation_m.norm();
+    step.translation_m *= scale * (1 + settings.way_noise * random.normal());
+    const double turn_rad = bias_rad_per_m * way_m + settings.heading_walk_deg * deg * random.normal();
+    step.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ())) * step.rotation;
+    worse.push_back(worse.back() * step);
+  }
+  return worse;
+}
 
 std::vector<Pose> PlaceDrive::odometry(double noise) const {
-  sim::OdometrySettings settings;
-  settings.scale_error *= noise;
-  settings.way_noise *= noise;
-  settings.heading_bias_deg_per_m *= noise;
-  settings.heading_walk_deg *= noise;
-  settings.turn_scale_error *= noise;
-  return sim::planar_odometry(truth, settings, place.seed);
+  return sim::planar_odometry(truth, times(noise), place.seed);
 }
 
 PlaceDrive drive_through(Place place, Scanner scanner, std::size_t pairs_a_sort) {
@@ -168,7 +200,19 @@ PlaceDrive drive_through(Place place, Scanner scanner, std::size_t pairs_a_sort)
     drive.truth.push_back(i == 0 ? Pose{} : map_from_world * world_from_scanner[i]);
     drive.scans.push_back(model.scan(place.scene, world_from_scanner[i], sim::mix(seed, 40, i)));
   }
-  drive.pairs = choose_pairs(place, world_from_scanner, pairs_a_sort);
+  PairRules rules;
+  rules.most = pairs_a_sort;
+  rules.seed = place.seed;
+  if (place.kind == Kind::pass) rules.least_way_m = 11;
+  if (place.kind == Kind::yards) rules.reach_m = 25;
+  rules.in_sight = [&](std::uint32_t first, std::uint32_t last) {
+    return in_sight(place.scene, world_from_scanner[first].translation_m, world_from_scanner[last].translation_m);
+  };
+  drive.pairs = choose_pairs(world_from_scanner, rules);
+  for (Pair& pair : drive.pairs) {
+    for (const std::uint32_t scan : {pair.first, pair.last})
+      pair.is_bare = pair.is_bare || is_bare(place, world_from_scanner[scan], drive.scans[scan]);
+  }
   drive.place = std::move(place);
   drive.scanner = scanner;
   return drive;

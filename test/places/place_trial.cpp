@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <stdexcept>
 
 #include "alces_platform/settings/mapper_settings.h"
@@ -46,13 +47,32 @@ void judge(TriedLoop& loop, const PoseGraph& graph, std::span<const Pose> truth)
   throw std::runtime_error("a loop is said to be closed that has no edge");
 }
 
-void add_all(BlockMapper& mapper, const Feed& feed) {
+/// Adds all scans. `offered`, where it is wanted, is told of every loop in the order of Mapper::loops(): where the map
+/// had its scans before it.
+void add_all(BlockMapper& mapper, const Feed& feed, const std::function<void(const Pose&)>& offered = {}) {
+  std::vector<Pose> before;
+  const auto tell = [&](std::size_t known) {
+    const std::span<const LoopReport> loops = mapper->loops();
+    for (std::size_t i = known; offered && i < loops.size(); ++i) offered(between(before, loops[i]));
+  };
   for (std::size_t i = 0; i < feed.truth.size(); ++i) {
     ScanReport report;
     const Pose* const odometry = feed.odometry.empty() ? nullptr : &feed.odometry[i];
+    const std::size_t known = mapper->loops().size();
+    const std::size_t edges = mapper->graph().edge_count();
+    before.assign(mapper->graph().poses().begin(), mapper->graph().poses().end());
     const Status status = mapper->add_scan(feed.points(i), odometry, report);
     if (status != Status::ok && status != Status::no_voxel_capacity) throw std::runtime_error(text(status));
+    if (mapper->loops().size() == known) continue;
+    const std::span<const Edge> all = mapper->graph().edges();
+    const bool has_step = edges < all.size() && !all[edges].closes_loop;  // comes before the loops that it made visible
+    before.push_back(has_step ? before[all[edges].from] * all[edges].from_from_to : mapper->graph().poses()[i]);
+    tell(known);
   }
+  const std::size_t known = mapper->loops().size();
+  before.assign(mapper->graph().poses().begin(), mapper->graph().poses().end());
+  LoopReport last;
+  if (mapper->finish(last)) tell(known);
 }
 
 }  // namespace
@@ -92,6 +112,7 @@ Trial try_mapper(const Feed& feed, const MapperConfig& config) {
     for (const Pair& pair : feed.pairs) {
       TriedLoop loop;
       loop.is_revisit = pair.is_revisit;
+      loop.is_bare = pair.is_bare;
       const Pose before = mapper->graph().poses()[pair.first].inverse() * mapper->graph().poses()[pair.last];
       loop.before_from_after = before.inverse() * (feed.truth[pair.first].inverse() * feed.truth[pair.last]);
       const Status status = mapper->offer_loop(pair.first, pair.last, loop.report);
@@ -103,13 +124,14 @@ Trial try_mapper(const Feed& feed, const MapperConfig& config) {
     }
   }
   BlockMapper mapper(config);
-  add_all(mapper, feed);
-  LoopReport last;
-  (void)mapper->finish(last);
+  std::vector<Pose> first_from_last_before;
+  add_all(mapper, feed, [&](const Pose& before) { first_from_last_before.push_back(before); });
   trial.error_with_m = mean_error_m(mapper->graph().poses(), feed.truth);
-  for (const LoopReport& report : mapper->loops()) {
+  for (std::size_t i = 0; i < mapper->loops().size(); ++i) {
+    const LoopReport& report = mapper->loops()[i];
     TriedLoop loop;
     loop.report = report;
+    loop.before_from_after = first_from_last_before[i].inverse() * between(feed.truth, report);
     loop.is_revisit = between(feed.truth, report).translation_m.norm() <= 2;
     judge(loop, mapper->graph(), feed.truth);
     loop.map_error_m = trial.error_with_m;

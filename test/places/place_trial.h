@@ -8,6 +8,7 @@
 #include <functional>
 #include <numbers>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "alces/mapper.h"
@@ -22,11 +23,14 @@ inline constexpr double off_rad = 2 * std::numbers::pi / 180;
 struct TriedLoop {
   LoopReport report;
   bool is_revisit = false;
+  bool is_bare = false;    ///< as Pair says; of the mapper's own it is not known
   Pose before_from_after;  ///< truth of `last`, seen from where the map had it when the loop was offered
   double off_m = 0;        ///< the match against the truth; 0 where no edge came of it
   double off_rad = 0;
   double map_error_m = 0;  ///< mean, with this loop alone
   [[nodiscard]] bool is_taken() const { return report.verdict == LoopVerdict::closed; }
+  /// Taken, or right but not needed: what is not refused.
+  [[nodiscard]] bool is_recognised() const { return !std::string_view(text(report.verdict)).starts_with("refused"); }
   [[nodiscard]] bool is_off() const { return is_taken() && (off_m > places::off_m || off_rad > places::off_rad); }
 };
 

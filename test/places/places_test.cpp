@@ -116,9 +116,9 @@ TEST_CASE("of loops that are not there none is taken, of revisits nearly all", "
       for (const TriedLoop& loop : trial.offered) {
         CAPTURE(loop.report.first, loop.report.last, loop.off_m, loop.off_rad, loop.report.mahalanobis2);
         CHECK_FALSE(loop.is_off());
-        if (!loop.is_revisit || drive.place.is_bare) continue;
+        if (!loop.is_revisit || loop.is_bare) continue;
         ++revisits;
-        if (loop.is_taken()) ++taken;
+        if (loop.is_recognised()) ++taken;
       }
       for (const TriedLoop& loop : trial.own) {
         CAPTURE(loop.report.first, loop.report.last, loop.off_m, loop.off_rad, loop.report.mahalanobis2);
