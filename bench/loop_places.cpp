@@ -12,11 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
 #include "alces_platform/settings/mapper_settings.h"
 #include "places/place_trial.h"
-#include "tables.h"
+#include "support.h"
 
 namespace {
 
@@ -231,26 +229,22 @@ void try_drive(const std::string& text, const Options& options, Results& results
     throw std::runtime_error(text + ": a drive is named as NAME=SCANS:REFERENCE[:FIRST-LAST]");
   const std::string drive_name = text.substr(0, equals);
   const std::size_t range = text.find(':', colon + 1);
-  const std::unique_ptr<offline::ScanSource> source = offline::open_scans(text.substr(equals + 1, colon - equals - 1));
-  const offline::Trajectory reference = offline::read_trajectory(text.substr(colon + 1, range - colon - 1));
-  if (reference.size() != source->size()) throw std::runtime_error(drive_name + ": not as many reference poses as scans");
+  const Drive drive = recorded(text.substr(equals + 1, colon - equals - 1), SIZE_MAX, text.substr(colon + 1, range - colon - 1));
   std::size_t first = 0;
-  std::size_t end = source->size();
+  std::size_t end = drive.size;
   if (range != std::string::npos) {
     const std::size_t dash = text.find('-', range);
     first = std::stoul(text.substr(range + 1));
-    if (dash == std::string::npos || (end = std::stoul(text.substr(dash + 1)) + 1) > source->size() || first >= end)
+    if (dash == std::string::npos || (end = std::stoul(text.substr(dash + 1)) + 1) > drive.size || first >= end)
       throw std::runtime_error(text + ": no such range of scans");
   }
   std::vector<std::vector<Point>> scans(end - first);
   std::vector<Pose> odometry;
   std::vector<Pose> truth;
   for (std::size_t i = first; i < end; ++i) {
-    source->read(i, scans[i - first]);
-    const std::optional<Pose> pose = source->odometry(i);
-    if (!pose) throw std::runtime_error(source->name(i) + " has no odometry");
-    odometry.push_back(*pose);
-    truth.push_back(reference.poses[first].inverse() * reference.poses[i]);
+    drive.points(i, scans[i - first]);
+    odometry.push_back(drive.odometry[i]);
+    truth.push_back(drive.truth[first].inverse() * drive.truth[i]);
   }
   PairRules rules;
   rules.most = 5 * options.pairs;

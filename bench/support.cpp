@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 
@@ -54,7 +55,10 @@ void DriveOptions::add_to(CLI::App& app) {
 }
 
 Drive recorded(const std::string& folder, std::size_t most_scans, const std::string& truth_file) {
-  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder);
+  offline::ScanSourceOptions options;
+  const std::filesystem::path beside = std::filesystem::path(folder).lexically_normal() / "../odometry.tum";
+  if (std::filesystem::exists(beside)) options.odometry = beside;
+  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder, options);
   Drive drive;
   drive.size = std::min(source->size(), most_scans);
   drive.name = fmt::format("{} ({})", folder, source->description());

@@ -24,7 +24,8 @@ struct Drive {
   std::string name;
 };
 
-/// A folder of scans with odometry, and a trajectory of where they were, unless that is empty.
+/// A folder of scans with odometry in it or beside it (odometry.tum), and a trajectory of where they were, unless that
+/// is empty.
 [[nodiscard]] Drive recorded(const std::string& folder, std::size_t most_scans, const std::string& truth_file = {});
 
 /// A drive through the town, with rays for about so many points a scan.
