@@ -102,7 +102,8 @@ ChainErrors::Nees ChainErrors::nees(std::size_t length_index, const LabelFit& fi
   for (const Chain& chain : chains_[length_index]) {
     Matrix6d s = Matrix6d::Zero();
     for (std::size_t part = 0; part + 1 < LabelFit::size; ++part) s += value[part] * chain.parts[part];
-    s += value[LabelFit::ends] * (value[LabelFit::translation] * chain.end_parts[0] + value[LabelFit::rotation] * chain.end_parts[1]);
+    s += value[LabelFit::ends] *
+         (value[LabelFit::translation] * chain.end_parts[0] + value[LabelFit::rotation] * chain.end_parts[1]);
     const Vector6d& e = chain.error;
     nees.all += e.dot(s.ldlt().solve(e)) / 6;
     const Eigen::Matrix3d st = s.topLeftCorner<3, 3>();
@@ -132,7 +133,8 @@ LabelFit fit_labels(std::span<const ChainErrors> drives, const std::string& left
     }
     return sum;
   };
-  // One number after the other, up and down by a factor that shrinks. A part that is not needed ends at nothing.
+  // One number after the other, up and down by a factor that shrinks. A part that is not needed ends at
+  // nothing.
   LabelFit best;
   best.value = {1, 1, 1e-7, 1e-8, 1e-10, 1e-12, 0.1};
   double best_cost = cost(best);

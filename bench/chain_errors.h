@@ -1,8 +1,8 @@
-// Errors of steps and of chains of steps against what their edges' labels predict, and a fit of how labels would have
-// to be changed so that both agree.
+// Errors of steps and of chains of steps against what their edges' labels predict, and a fit of how labels
+// would have to be changed so that both agree.
 //
-// NEES (normalised estimation error squared): e^T S^-1 e / dof, 1 on average where S is right, above 1 where the labels
-// are too sure. S of a chain is what LoopSharing accumulates along a loop.
+// NEES (normalised estimation error squared): e^T S^-1 e / dof, 1 on average where S is right, above 1 where
+// the labels are too sure. S of a chain is what LoopSharing accumulates along a loop.
 #pragma once
 
 #include <array>
@@ -23,13 +23,13 @@ inline constexpr std::array<std::uint32_t, 6> chain_lengths{1, 5, 20, 50, 100, 2
 struct LabelFit {
   static constexpr std::size_t size = 7;
   enum Part : std::size_t {
-    translation,      ///< factor on the label's translation variances
-    rotation,         ///< factor on the label's rotation variance
-    step_m2,          ///< translation variance of a step beside it
-    step_rad2,        ///< rotation variance of a step about each axis beside it
-    way_m2,           ///< squared: the same error every metre, in any direction (m per m)
-    way_rad2,         ///< squared: the same turn every metre (rad per m)
-    ends,             ///< times the last step's label, changed as the others: not summed up along a chain
+    translation,  ///< factor on the label's translation variances
+    rotation,     ///< factor on the label's rotation variance
+    step_m2,      ///< translation variance of a step beside it
+    step_rad2,    ///< rotation variance of a step about each axis beside it
+    way_m2,       ///< squared: the same error every metre, in any direction (m per m)
+    way_rad2,     ///< squared: the same turn every metre (rad per m)
+    ends,         ///< times the last step's label, changed as the others: not summed up along a chain
   };
   std::array<double, size> value{1, 1, 0, 0, 0, 0, 0};
 };
@@ -37,7 +37,7 @@ struct LabelFit {
 /// A drive whose truth is known, mapped without loops.
 struct MatchedDrive {
   std::string name;
-  std::string group;  ///< left out together
+  std::string group;        ///< left out together
   std::vector<Edge> edges;  ///< edge i leads from scan i to i + 1
   std::vector<Pose> poses;
   std::vector<Pose> truth;
@@ -70,8 +70,8 @@ class ChainErrors {
   Eigen::Vector4d step_ratios_ = Eigen::Vector4d::Zero();
 };
 
-/// The fit that brings the NEES of translation and of rotation nearest to 1, in the mean square of their logarithms
-/// over drives and lengths. Leaves out drives of the group `left_out`.
+/// The fit that brings the NEES of translation and of rotation nearest to 1, in the mean square of their
+/// logarithms over drives and lengths. Leaves out drives of the group `left_out`.
 [[nodiscard]] LabelFit fit_labels(std::span<const ChainErrors> drives, const std::string& left_out = {});
 
 }  // namespace alces::bench

@@ -1,5 +1,5 @@
-// How far the variances of the edges tell the truth: drives with a known truth are mapped without loops, and the
-// error of every step, and of chains of steps, is compared with what the edges' labels predict.
+// How far the variances of the edges tell the truth: drives with a known truth are mapped without loops, and
+// the error of every step, and of chains of steps, is compared with what the edges' labels predict.
 #include <fmt/core.h>
 
 #include <memory>
@@ -62,7 +62,8 @@ MatchedDrive match(const Drive& drive, const Options& options) {
 }
 
 Drive from_place(places::Kind kind, std::uint64_t seed, places::Scanner scanner) {
-  const auto made = std::make_shared<places::PlaceDrive>(places::drive_through(places::make_place(kind, seed), scanner, 0));
+  const auto made =
+      std::make_shared<places::PlaceDrive>(places::drive_through(places::make_place(kind, seed), scanner, 0));
   Drive drive;
   drive.size = made->truth.size();
   drive.name = fmt::format("{} {}, {}", places::name(kind), seed, places::name(scanner));
@@ -94,11 +95,12 @@ void print_table(std::span<const ChainErrors> drives, const LabelFit& fit, const
 std::string described(const LabelFit& fit) {
   const auto& v = fit.value;
   return fmt::format(
-      "label x {:.2g} (translation), x {:.2g} (rotation), + {:.2g} mm and {:.2g} mrad a step, + {:.2g} mm and {:.2g} mrad a "
+      "label x {:.2g} (translation), x {:.2g} (rotation), + {:.2g} mm and {:.2g} mrad a step, + {:.2g} mm "
+      "and {:.2g} mrad a "
       "metre always the same way, + {:.2g} times the last step at the end",
       v[LabelFit::translation], v[LabelFit::rotation], 1e3 * std::sqrt(v[LabelFit::step_m2]),
-      1e3 * std::sqrt(v[LabelFit::step_rad2]), 1e3 * std::sqrt(v[LabelFit::way_m2]), 1e3 * std::sqrt(v[LabelFit::way_rad2]),
-      v[LabelFit::ends]);
+      1e3 * std::sqrt(v[LabelFit::step_rad2]), 1e3 * std::sqrt(v[LabelFit::way_m2]),
+      1e3 * std::sqrt(v[LabelFit::way_rad2]), v[LabelFit::ends]);
 }
 
 void measure(const Options& options) {
@@ -119,7 +121,8 @@ void measure(const Options& options) {
     if (equals == std::string::npos || colon == std::string::npos)
       throw std::runtime_error(text + ": a drive is named as NAME=SCANS:TRUTH");
     const std::string name = text.substr(0, equals);
-    Drive drive = recorded(text.substr(equals + 1, colon - equals - 1), options.most_scans, text.substr(colon + 1));
+    Drive drive =
+        recorded(text.substr(equals + 1, colon - equals - 1), options.most_scans, text.substr(colon + 1));
     drive.name = name;
     add(drive, name);
   }
@@ -132,15 +135,16 @@ void measure(const Options& options) {
       }
     }
   }
-  if (drives.empty()) throw std::runtime_error("no drive is named; --town 1, --place all or --drive NAME=SCANS:TRUTH");
+  if (drives.empty())
+    throw std::runtime_error("no drive is named; --town 1, --place all or --drive NAME=SCANS:TRUTH");
 
   print_heading("Edges' labels against the truth, as they are");
   print_table(drives, LabelFit{});
   print_header({"single steps: rms of error / label", "x", "y", "z", "rotation"});
   for (const ChainErrors& drive : drives) {
     const Eigen::Vector4d r = drive.step_ratios();
-    print_row({drive.name(), fmt::format("{:.2f}", r[0]), fmt::format("{:.2f}", r[1]), fmt::format("{:.2f}", r[2]),
-               fmt::format("{:.2f}", r[3])});
+    print_row({drive.name(), fmt::format("{:.2f}", r[0]), fmt::format("{:.2f}", r[1]),
+               fmt::format("{:.2f}", r[2]), fmt::format("{:.2f}", r[3])});
   }
   if (!options.fits) return;
   const LabelFit fit = fit_labels(drives);
@@ -162,12 +166,16 @@ int main(int argc, char** argv) {
   CLI::App app("How well the edges' variances predict the errors of steps and of chains of steps");
   Options options;
   app.add_option("--town", options.towns, "Seeds of towns to drive through");
-  app.add_option("--place", options.kinds, "Made-up places (all, or a kind), with each of the three scanners");
+  app.add_option("--place", options.kinds,
+                 "Made-up places (all, or a kind), with each of the three scanners");
   app.add_option("--seeds", options.seeds, "Places of each kind")->capture_default_str();
-  app.add_option("--drive", options.folders, "NAME=SCANS:TRUTH, a folder of scans with odometry, and a trajectory");
-  app.add_option("--returned-points", options.returned_points, "Of a scan of the town, about")->capture_default_str();
+  app.add_option("--drive", options.folders,
+                 "NAME=SCANS:TRUTH, a folder of scans with odometry, and a trajectory");
+  app.add_option("--returned-points", options.returned_points, "Of a scan of the town, about")
+      ->capture_default_str();
   app.add_option("--scans", options.most_scans, "At most, of each drive")->capture_default_str();
   app.add_option("--config", options.settings_file, "Settings of the mapper, as alces map takes them");
-  app.add_flag("--fit", options.fits, "Which factors and floors would make labels right; also with each group left out");
+  app.add_flag("--fit", options.fits,
+               "Which factors and floors would make labels right; also with each group left out");
   return alces::bench::run(argc, argv, app, [&] { measure(options); });
 }

@@ -1,5 +1,5 @@
-// Loops that are not there: many made-up places are driven through, false and true loops are offered, and what the
-// mapper makes of them is counted.
+// Loops that are not there: many made-up places are driven through, false and true loops are offered, and
+// what the mapper makes of them is counted.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -85,8 +85,8 @@ nlohmann::json to_json(const TriedLoop& loop) {
           {"correction_m", report.correction_m},
           {"correction_deg", report.correction_rad * 57.29577951308232},
           {"needed_m", loop.before_from_after.translation_m.norm()},
-          {"needed_deg",
-           angle_between_rad(loop.before_from_after.rotation, Eigen::Quaterniond::Identity()) * 57.29577951308232},
+          {"needed_deg", angle_between_rad(loop.before_from_after.rotation, Eigen::Quaterniond::Identity()) *
+                             57.29577951308232},
           {"off_m", loop.off_m},
           {"off_deg", loop.off_rad * 57.29577951308232},
           {"is_off", loop.is_off()},
@@ -96,11 +96,13 @@ nlohmann::json to_json(const TriedLoop& loop) {
 void write_ply(const std::filesystem::path& path, const std::vector<Point>& points) {
   std::ofstream file(path, std::ios::binary);
   file << fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty "
+      "float z\n"
       "end_header\n",
       points.size());
   static_assert(sizeof(Point) == 3 * sizeof(float));
-  file.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(points.size() * sizeof(Point)));
+  file.write(reinterpret_cast<const char*>(points.data()),
+             static_cast<std::streamsize>(points.size() * sizeof(Point)));
   if (!file.flush()) throw std::runtime_error(path.string() + " cannot be written");
 }
 
@@ -109,8 +111,8 @@ void write_tum(const std::filesystem::path& path, const std::vector<Pose>& poses
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Vector3d& t = poses[i].translation_m;
     const Eigen::Quaterniond& q = poses[i].rotation;
-    file << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(), t.z(), q.x(), q.y(),
-                        q.z(), q.w());
+    file << fmt::format("{} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", i, t.x(), t.y(), t.z(),
+                        q.x(), q.y(), q.z(), q.w());
   }
   if (!file.flush()) throw std::runtime_error(path.string() + " cannot be written");
 }
@@ -124,19 +126,23 @@ void dump(const PlaceDrive& drive, double noise, const std::filesystem::path& fo
 }
 
 std::string share(std::size_t part, std::size_t whole) {
-  return whole == 0 ? "-" : fmt::format("{} of {} ({:.0f} %)", part, whole, 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+  return whole == 0 ? "-"
+                    : fmt::format("{} of {} ({:.0f} %)", part, whole,
+                                  100.0 * static_cast<double>(part) / static_cast<double>(whole));
 }
 
 void print_tally(const std::string& kind, double noise, const Tally& tally) {
-  print_row({kind, fmt::format("{:g}", noise), fmt::format("{}", tally.drives), fmt::format("{} / {}", tally.others, tally.others_taken),
-             fmt::format("{}", tally.off), share(tally.revisits_taken, tally.revisits), share(tally.bare_taken, tally.bare),
+  print_row({kind, fmt::format("{:g}", noise), fmt::format("{}", tally.drives),
+             fmt::format("{} / {}", tally.others, tally.others_taken), fmt::format("{}", tally.off),
+             share(tally.revisits_taken, tally.revisits), share(tally.bare_taken, tally.bare),
              fmt::format("{} / {} / {}", tally.own_offered, tally.own_taken, tally.own_off),
-             fmt::format("{:.3f} / {:.3f}", tally.without_m.mean(), tally.with_m.mean()), fmt::format("{}", tally.worse)});
+             fmt::format("{:.3f} / {:.3f}", tally.without_m.mean(), tally.with_m.mean()),
+             fmt::format("{}", tally.worse)});
 }
 
 void print_heads() {
-  print_header({"kind", "noise", "drives", "different: offered / taken", "off", "revisits taken", "on bare ground", "own: offered / taken / off",
-                "error without / with, m", "worse"});
+  print_header({"kind", "noise", "drives", "different: offered / taken", "off", "revisits taken",
+                "on bare ground", "own: offered / taken / off", "error without / with, m", "worse"});
 }
 
 std::vector<Kind> wanted_kinds(const Options& options) {
@@ -206,7 +212,8 @@ void try_places(Kind kind, const Options& options, Results& results) {
       for (const double noise : options.noises) {
         if (!options.dump.empty()) {
           dump(drive, noise,
-               std::filesystem::path(options.dump) / fmt::format("{}-{}-{}-x{:g}", name(kind), seed, name(scanner), noise));
+               std::filesystem::path(options.dump) /
+                   fmt::format("{}-{}-{}-x{:g}", name(kind), seed, name(scanner), noise));
           continue;
         }
         const Trial trial = try_mapper(drive, noise, config_for(drive.truth.size(), options));
@@ -229,13 +236,15 @@ void try_drive(const std::string& text, const Options& options, Results& results
     throw std::runtime_error(text + ": a drive is named as NAME=SCANS:REFERENCE[:FIRST-LAST]");
   const std::string drive_name = text.substr(0, equals);
   const std::size_t range = text.find(':', colon + 1);
-  const Drive drive = recorded(text.substr(equals + 1, colon - equals - 1), SIZE_MAX, text.substr(colon + 1, range - colon - 1));
+  const Drive drive = recorded(text.substr(equals + 1, colon - equals - 1), SIZE_MAX,
+                               text.substr(colon + 1, range - colon - 1));
   std::size_t first = 0;
   std::size_t end = drive.size;
   if (range != std::string::npos) {
     const std::size_t dash = text.find('-', range);
     first = std::stoul(text.substr(range + 1));
-    if (dash == std::string::npos || (end = std::stoul(text.substr(dash + 1)) + 1) > drive.size || first >= end)
+    if (dash == std::string::npos || (end = std::stoul(text.substr(dash + 1)) + 1) > drive.size ||
+        first >= end)
       throw std::runtime_error(text + ": no such range of scans");
   }
   std::vector<std::vector<Point>> scans(end - first);
@@ -287,15 +296,20 @@ void measure(const Options& options) {
 int main(int argc, char** argv) {
   CLI::App app("Places where loops may be closed wrongly: what the mapper makes of false and true ones");
   Options options;
-  app.add_option("--kind", options.kinds, "streets, corridors, roundabout, field, pass, aisles, pillars, floors, yards; all");
+  app.add_option("--kind", options.kinds,
+                 "streets, corridors, roundabout, field, pass, aisles, pillars, floors, yards; all");
   app.add_option("--scanner", options.scanners, "turning, rings16, rings64; all");
   app.add_option("--noise", options.noises, "Times the odometry is as wrong as it is")->capture_default_str();
   app.add_option("--seed", options.first_seed, "The first one")->capture_default_str();
   app.add_option("--seeds", options.seeds, "Places of each kind")->capture_default_str();
-  app.add_option("--pairs", options.pairs, "Offered of a drive: different places, and as many revisits")->capture_default_str();
+  app.add_option("--pairs", options.pairs, "Offered of a drive: different places, and as many revisits")
+      ->capture_default_str();
   app.add_option("--config", options.settings_file, "Settings of the mapper, as alces map takes them");
-  app.add_option("--drive", options.drives, "NAME=SCANS:REFERENCE[:FIRST-LAST], recorded scans and where they were; without --kind these alone");
+  app.add_option(
+      "--drive", options.drives,
+      "NAME=SCANS:REFERENCE[:FIRST-LAST], recorded scans and where they were; without --kind these alone");
   app.add_option("--json", options.json, "File to write: every case and every loop");
-  app.add_option("--dump", options.dump, "Folder: write the drives as PLY scans, odometry.tum, truth.tum, and map nothing");
+  app.add_option("--dump", options.dump,
+                 "Folder: write the drives as PLY scans, odometry.tum, truth.tum, and map nothing");
   return alces::bench::run(argc, argv, app, [&] { measure(options); });
 }

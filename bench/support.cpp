@@ -73,8 +73,10 @@ Drive recorded(const std::string& folder, std::size_t most_scans, const std::str
   }
   if (truth_file.empty()) return drive;
   const offline::Trajectory truth = offline::read_trajectory(truth_file);
-  if (truth.size() != source->size()) throw std::runtime_error(truth_file + ": not as many poses as there are scans");
-  for (std::size_t i = 0; i < drive.size; ++i) drive.truth.push_back(truth.poses[0].inverse() * truth.poses[i]);
+  if (truth.size() != source->size())
+    throw std::runtime_error(truth_file + ": not as many poses as there are scans");
+  for (std::size_t i = 0; i < drive.size; ++i)
+    drive.truth.push_back(truth.poses[0].inverse() * truth.poses[i]);
   return drive;
 }
 

@@ -24,9 +24,10 @@ struct Drive {
   std::string name;
 };
 
-/// A folder of scans with odometry in it or beside it (odometry.tum), and a trajectory of where they were, unless that
-/// is empty.
-[[nodiscard]] Drive recorded(const std::string& folder, std::size_t most_scans, const std::string& truth_file = {});
+/// A folder of scans with odometry in it or beside it (odometry.tum), and a trajectory of where they were,
+/// unless that is empty.
+[[nodiscard]] Drive recorded(const std::string& folder, std::size_t most_scans,
+                             const std::string& truth_file = {});
 
 /// A drive through the town, with rays for about so many points a scan.
 [[nodiscard]] Drive town(std::uint64_t seed, std::size_t scans, std::size_t returned_points);

@@ -37,7 +37,8 @@ Place make_corridors(std::uint64_t seed) {
   hall(place.scene, {-end_m, -width_m / 2, 0}, {length_m + end_m, apart_m + width_m / 2, 2.6});
   box(place.scene, {0, width_m / 2, 0}, {length_m, width_m / 2 + wall_m, 2.6});
   const bool alike = random.chance(0.6);
-  // Door frames, at the same places in both corridors, on all four walls; or pillars and cupboards here and there.
+  // Door frames, at the same places in both corridors, on all four walls; or pillars and cupboards here and
+  // there.
   const double frame_m = random.uniform(0.08, 0.15);
   for (double x = pitch_m / 2; x < length_m; x += pitch_m) {
     for (const double lane_m : {0.0, apart_m}) {
@@ -90,7 +91,8 @@ Place make_aisles(std::uint64_t seed) {
     for (int level = 0; level < 3; ++level) {
       const double z = level * level_m + 0.12;
       if (level > 0) {
-        for (const double y : {low_m, high_m - 0.06}) box(place.scene, {0, y, z - 0.12}, {length_m, y + 0.06, z});
+        for (const double y : {low_m, high_m - 0.06})
+          box(place.scene, {0, y, z - 0.12}, {length_m, y + 0.06, z});
       }
       for (int bay = 0; bay < 9; ++bay) {
         for (int pallet = 0; pallet < 2; ++pallet) {
@@ -110,8 +112,9 @@ Place make_aisles(std::uint64_t seed) {
   lanes.offset_m = random.uniform(-1, 1) * (width_m / 2 - 0.9);
   lanes.opposite = random.chance(0.4);
   place.corners_m = way_along(lanes);
-  place.what = fmt::format("shelves {:.1f} m deep, {}{}", depth_m, filled < 1 ? "filled here and there" : "all full",
-                           lanes.opposite ? ", again the other way" : ", again the same way");
+  place.what =
+      fmt::format("shelves {:.1f} m deep, {}{}", depth_m, filled < 1 ? "filled here and there" : "all full",
+                  lanes.opposite ? ", again the other way" : ", again the same way");
   return place;
 }
 
@@ -126,11 +129,13 @@ Place make_pillars(std::uint64_t seed) {
   constexpr int columns = 14;
   constexpr int rows = 9;
   const double height_m = random.uniform(2.8, 4);
-  hall(place.scene, {-4 * pitch_m, -4 * pitch_m, 0}, {(columns - 4.0) * pitch_m, (rows - 4.0) * pitch_m, height_m});
+  hall(place.scene, {-4 * pitch_m, -4 * pitch_m, 0},
+       {(columns - 4.0) * pitch_m, (rows - 4.0) * pitch_m, height_m});
   for (int column = 0; column < columns; ++column) {
     for (int row = 0; row < rows; ++row) {
       const Vector2d at((column - 3.5) * pitch_m, (row - 3.5) * pitch_m);
-      box(place.scene, {at.x() - size_m / 2, at.y() - size_m / 2, 0}, {at.x() + size_m / 2, at.y() + size_m / 2, height_m});
+      box(place.scene, {at.x() - size_m / 2, at.y() - size_m / 2, 0},
+          {at.x() + size_m / 2, at.y() + size_m / 2, height_m});
     }
   }
   Lanes lanes;
@@ -177,7 +182,8 @@ Place make_floors(std::uint64_t seed) {
     if (floor < 2) {
       const sim::Frame frame;
       place.scene.add_tapered_box(
-          frame, {static_cast<float>(ramp_begin_m), static_cast<float>(depth_m - ramp_m), static_cast<float>(z)},
+          frame,
+          {static_cast<float>(ramp_begin_m), static_cast<float>(depth_m - ramp_m), static_cast<float>(z)},
           {static_cast<float>(ramp_end_m), static_cast<float>(depth_m), static_cast<float>(z + height_m)},
           {0, static_cast<float>(ramp_end_m - ramp_begin_m), 0}, 0.4F, sim::Surface::wall);
     }

@@ -31,8 +31,8 @@ HouseFront draw_front(sim::Random& random) {
   return front;
 }
 
-/// A house from x = begin to begin + width, with its front at `front_y` and its back `depth` behind; `side` is
-/// +1 for a house whose front looks to -y.
+/// A house from x = begin to begin + width, with its front at `front_y` and its back `depth` behind; `side`
+/// is +1 for a house whose front looks to -y.
 void house(sim::Scene& scene, const HouseFront& front, double begin_m, double width_m, double front_m,
            double depth_m, double side) {
   const auto piece = [&](double x0, double x1, double out_m, double z0, double z1) {
@@ -60,7 +60,8 @@ void row_alike(sim::Scene& scene, const Row& row, const HouseFront& front) {
 void row_of_all_sorts(sim::Scene& scene, const Row& row, sim::Random& random) {
   for (double x = row.begin_m; x < row.end_m - 4;) {
     const double width_m = random.uniform(5, 9);
-    house(scene, draw_front(random), x, width_m, row.front_m + row.side * random.uniform(0, 1.5), row.depth_m, row.side);
+    house(scene, draw_front(random), x, width_m, row.front_m + row.side * random.uniform(0, 1.5), row.depth_m,
+          row.side);
     x += width_m + (random.chance(0.3) ? random.uniform(1, 2.5) : 0);
   }
 }
@@ -104,7 +105,8 @@ Place make_streets(std::uint64_t seed) {
   lanes.offset_m = random.uniform(-1, 1) * std::min(2.0, width_m / 2 - 2.6);
   lanes.opposite = random.chance(0.4);
   place.corners_m = way_along(lanes);
-  place.what = fmt::format("{:.1f} m apart, houses of {:.1f} m{}{}", apart_m, pitch_m, with_cars ? ", parked cars" : "",
+  place.what = fmt::format("{:.1f} m apart, houses of {:.1f} m{}{}", apart_m, pitch_m,
+                           with_cars ? ", parked cars" : "",
                            lanes.opposite ? ", again the other way" : ", again the same way");
   return place;
 }
@@ -127,7 +129,8 @@ Place make_pass(std::uint64_t seed) {
     } else {
       row_of_all_sorts(place.scene, row, random);
     }
-    if (!alike || random.chance(0.5)) park(place.scene, -30, length_m + 30, side * (width_m / 2 - 1.4), 0.25, random);
+    if (!alike || random.chance(0.5))
+      park(place.scene, -30, length_m + 30, side * (width_m / 2 - 1.4), 0.25, random);
   }
   place.corners_m = {{0, 0, 0}, {length_m, 0, 0}};
   place.what = alike ? fmt::format("houses alike, {:.1f} m each", pitch_m) : "houses of all sorts";
@@ -161,11 +164,13 @@ Place make_roundabout(std::uint64_t seed) {
     const double angle = (i + 0.5) * sector;
     sim::Frame frame;
     frame.forward = {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))};
-    const double half = std::max(2.0, houses_m * std::tan(sector / 2) - 4.5);  // an exit of some 8 m between them
+    const double half =
+        std::max(2.0, houses_m * std::tan(sector / 2) - 4.5);  // an exit of some 8 m between them
     const double own_m = houses_m + (random.chance(odd) ? random.uniform(0.5, 2) : 0.0);
     const auto f = [](double value) { return static_cast<float>(value); };
     place.scene.add_box(frame, {f(own_m), f(-half), -1}, {f(own_m + 8), f(half), f(height_m)}, 0.5F);
-    place.scene.add_box(frame, {f(own_m - 0.6), f(-0.5 * half), -1}, {f(own_m + 1), f(-0.1 * half), 2.5F}, 0.5F);
+    place.scene.add_box(frame, {f(own_m - 0.6), f(-0.5 * half), -1}, {f(own_m + 1), f(-0.1 * half), 2.5F},
+                        0.5F);
     // Beside the exits: long walls outward, so that the streets go on.
     place.scene.add_box(frame, {f(own_m + 8), f(-half), -1}, {f(own_m + 40), f(-half + 0.3), 2.0F}, 0.5F);
     place.scene.add_box(frame, {f(own_m + 8), f(half - 0.3), -1}, {f(own_m + 40), f(half), 2.0F}, 0.5F);
@@ -179,7 +184,8 @@ Place make_roundabout(std::uint64_t seed) {
     place.corners_m.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), 0);
   }
   place.corner_radius_m = 0.8;
-  place.what = fmt::format("{} exits, {:.1f} m from the middle{}", exits, drive_m, odd > 0 ? ", not quite alike" : "");
+  place.what =
+      fmt::format("{} exits, {:.1f} m from the middle{}", exits, drive_m, odd > 0 ? ", not quite alike" : "");
   return place;
 }
 
@@ -201,7 +207,8 @@ Place make_field(std::uint64_t seed) {
     if (in_the_way) continue;
     place.scene.add(sim::Pole{{static_cast<float>(at.x()), static_cast<float>(at.y()), -1},
                               static_cast<float>(random.uniform(0.05, 0.15)),
-                              static_cast<float>(random.uniform(2.5, 7)), 0.5F});
+                              static_cast<float>(random.uniform(2.5, 7)),
+                              0.5F});
     ++i;
   }
   const bool opposite = random.chance(0.4);
@@ -258,7 +265,8 @@ Place make_yards(std::uint64_t seed) {
   } else {
     place.corners_m.emplace_back(apart_m, 2, 0);
   }
-  place.what = fmt::format("{:.1f} m apart{}", apart_m, is_back ? ", back into the first" : ", into the second");
+  place.what =
+      fmt::format("{:.1f} m apart{}", apart_m, is_back ? ", back into the first" : ", into the second");
   return place;
 }
 

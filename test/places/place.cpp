@@ -36,8 +36,9 @@ std::optional<Kind> kind_named(std::string_view wanted) {
 }
 
 Place make_place(Kind kind, std::uint64_t seed) {
-  constexpr Place (*make[])(std::uint64_t) = {make_streets, make_corridors, make_roundabout, make_field, make_pass,
-                                              make_aisles,  make_pillars,   make_floors,     make_yards};
+  constexpr Place (*make[])(std::uint64_t) = {make_streets, make_corridors, make_roundabout,
+                                              make_field,   make_pass,      make_aisles,
+                                              make_pillars, make_floors,    make_yards};
   Place place = make[static_cast<std::size_t>(kind)](seed);
   place.kind = kind;
   place.seed = seed;

@@ -1,5 +1,5 @@
-// Places where a loop may be closed wrongly, or rightly: a made-up world and a short way through it. Every place
-// has two parts that look alike without being one, or comes back to where it was, or both.
+// Places where a loop may be closed wrongly, or rightly: a made-up world and a short way through it. Every
+// place has two parts that look alike without being one, or comes back to where it was, or both.
 //
 // A place is a function of its kind and its seed alone.
 #pragma once
@@ -40,10 +40,10 @@ struct Place {
   sim::Scene scene;
   std::vector<Eigen::Vector3d> corners_m;  ///< of the way, on the floor
   double corner_radius_m = 1;
-  double step_m = 1;       ///< between scans
-  double reach_m = 60;     ///< of the scanner at most: fog, or a small laser
+  double step_m = 1;    ///< between scans
+  double reach_m = 60;  ///< of the scanner at most: fog, or a small laser
   bool is_outdoors = false;
-  std::string what;        ///< what was drawn: "shelves filled alike, the other way"
+  std::string what;  ///< what was drawn: "shelves filled alike, the other way"
 };
 
 [[nodiscard]] Place make_place(Kind kind, std::uint64_t seed);

@@ -40,7 +40,8 @@ std::vector<Vector3d> rounded(const std::vector<Vector3d>& corners, double radiu
 
 double ground_m(const Place& place, const Vector3d& at) {
   if (!place.is_outdoors) return at.z();
-  return static_cast<double>(place.scene.ground.height_m(static_cast<float>(at.x()), static_cast<float>(at.y())));
+  return static_cast<double>(
+      place.scene.ground.height_m(static_cast<float>(at.x()), static_cast<float>(at.y())));
 }
 
 /// Poses every step_m; where the way turns sharply the vehicle turns on the spot, 25 deg a scan at most.
@@ -97,7 +98,8 @@ std::vector<Pose> poses_along(const Place& place, double scanner_height_m, std::
 bool in_sight(const sim::Scene& scene, const Vector3d& from, const Vector3d& to) {
   const double way_m = (to - from).norm();
   if (way_m < 0.1) return true;
-  const sim::Hit hit = scene.cast(from.cast<float>(), ((to - from) / way_m).cast<float>(), static_cast<float>(way_m));
+  const sim::Hit hit =
+      scene.cast(from.cast<float>(), ((to - from) / way_m).cast<float>(), static_cast<float>(way_m));
   return hit.surface == sim::Surface::none || static_cast<double>(hit.range_m) >= way_m - 0.05;
 }
 
@@ -112,11 +114,12 @@ bool is_bare(const Place& place, const Pose& world_from_scanner, const std::vect
   for (const Point& point : scan) {
     const Vector3d at = world_from_scanner * Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
     if (at.z() < ground_m(place, at) + standing_m) continue;
-    const double turn = std::atan2(static_cast<double>(point.y), static_cast<double>(point.x)) / (2 * std::numbers::pi);
+    const double turn =
+        std::atan2(static_cast<double>(point.y), static_cast<double>(point.x)) / (2 * std::numbers::pi);
     ++points_in[static_cast<std::size_t>((turn + 1) * sectors) % sectors];
   }
-  return std::count_if(std::begin(points_in), std::end(points_in), [](int count) { return count >= enough_points; }) <
-         enough_sectors;
+  return std::count_if(std::begin(points_in), std::end(points_in),
+                       [](int count) { return count >= enough_points; }) < enough_sectors;
 }
 
 sim::OdometrySettings times(double noise) {
@@ -148,7 +151,8 @@ std::vector<Pair> choose_pairs(std::span<const Pose> truth, const PairRules& rul
       const double apart_m = (truth[first].translation_m - truth[last].translation_m).norm();
       if (apart_m > rules.reach_m) continue;
       const bool is_seen = rules.in_sight(first, last);
-      if (is_seen && apart_m <= nearest_revisit.first && driven_m >= rules.revisit_way_m) nearest_revisit = {apart_m, first};
+      if (is_seen && apart_m <= nearest_revisit.first && driven_m >= rules.revisit_way_m)
+        nearest_revisit = {apart_m, first};
       if (!is_seen || apart_m > rules.nearest_other_m) near_others.emplace_back(apart_m, first);
     }
     if (nearest_revisit.second < count) {
@@ -193,7 +197,8 @@ std::vector<Pose> PlaceDrive::odometry(double noise) const {
 PlaceDrive drive_through(Place place, Scanner scanner, std::size_t pairs_a_sort) {
   PlaceDrive drive;
   const ScannerModel model(scanner, place.reach_m);
-  const std::uint64_t seed = sim::mix(place.seed, static_cast<std::uint64_t>(place.kind), static_cast<std::uint64_t>(scanner));
+  const std::uint64_t seed =
+      sim::mix(place.seed, static_cast<std::uint64_t>(place.kind), static_cast<std::uint64_t>(scanner));
   const std::vector<Pose> world_from_scanner = poses_along(place, model.height_m(), seed);
   const Pose map_from_world = world_from_scanner.front().inverse();
   for (std::size_t i = 0; i < world_from_scanner.size(); ++i) {
@@ -206,7 +211,8 @@ PlaceDrive drive_through(Place place, Scanner scanner, std::size_t pairs_a_sort)
   if (place.kind == Kind::pass) rules.least_way_m = 11;
   if (place.kind == Kind::yards) rules.reach_m = 25;
   rules.in_sight = [&](std::uint32_t first, std::uint32_t last) {
-    return in_sight(place.scene, world_from_scanner[first].translation_m, world_from_scanner[last].translation_m);
+    return in_sight(place.scene, world_from_scanner[first].translation_m,
+                    world_from_scanner[last].translation_m);
   };
   drive.pairs = choose_pairs(world_from_scanner, rules);
   for (Pair& pair : drive.pairs) {

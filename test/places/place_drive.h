@@ -25,7 +25,7 @@ struct Pair {
 struct PlaceDrive {
   Place place;
   Scanner scanner = Scanner::turning;
-  std::vector<Pose> truth;               ///< map_from_scanner, the map being scan 0
+  std::vector<Pose> truth;                ///< map_from_scanner, the map being scan 0
   std::vector<std::vector<Point>> scans;  ///< in the scanner's frame
   std::vector<Pair> pairs;
 
@@ -33,17 +33,19 @@ struct PlaceDrive {
   [[nodiscard]] std::vector<Pose> odometry(double noise) const;
 };
 
-/// Which pairs of scans are offered. Both sorts are spread over the drive; every other pair of different places is
-/// the nearest such scan, as the mapper itself would offer it, the rest are any within reach.
+/// Which pairs of scans are offered. Both sorts are spread over the drive; every other pair of different
+/// places is the nearest such scan, as the mapper itself would offer it, the rest are any within reach.
 struct PairRules {
-  std::size_t most = 4;           ///< of each sort
-  double least_way_m = 12;        ///< driven in between
-  double reach_m = 15;            ///< how far apart at most
-  double nearest_other_m = 2;     ///< places in sight of each other are different from here on
-  double revisit_way_m = 12;      ///< driven in between at a revisit
+  std::size_t most = 4;        ///< of each sort
+  double least_way_m = 12;     ///< driven in between
+  double reach_m = 15;         ///< how far apart at most
+  double nearest_other_m = 2;  ///< places in sight of each other are different from here on
+  double revisit_way_m = 12;   ///< driven in between at a revisit
   std::uint64_t seed = 0;
   /// Whether nothing stands between two scans; where it is not known, yes.
-  std::function<bool(std::uint32_t, std::uint32_t)> in_sight = [](std::uint32_t, std::uint32_t) { return true; };
+  std::function<bool(std::uint32_t, std::uint32_t)> in_sight = [](std::uint32_t, std::uint32_t) {
+    return true;
+  };
 };
 [[nodiscard]] std::vector<Pair> choose_pairs(std::span<const Pose> truth, const PairRules& rules);
 

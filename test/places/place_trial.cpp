@@ -22,7 +22,9 @@ class BlockMapper {
   }
   Mapper* operator->() const { return mapper_; }
   [[nodiscard]] std::vector<std::byte> copy() const { return {block_.bytes().begin(), block_.bytes().end()}; }
-  void restore(const std::vector<std::byte>& copy) { std::memcpy(block_.bytes().data(), copy.data(), copy.size()); }
+  void restore(const std::vector<std::byte>& copy) {
+    std::memcpy(block_.bytes().data(), copy.data(), copy.size());
+  }
 
  private:
   settings::MemoryBlock block_;
@@ -47,8 +49,8 @@ void judge(TriedLoop& loop, const PoseGraph& graph, std::span<const Pose> truth)
   throw std::runtime_error("a loop is said to be closed that has no edge");
 }
 
-/// Adds all scans. `offered`, where it is wanted, is told of every loop in the order of Mapper::loops(): where the map
-/// had its scans before it.
+/// Adds all scans. `offered`, where it is wanted, is told of every loop in the order of Mapper::loops():
+/// where the map had its scans before it.
 void add_all(BlockMapper& mapper, const Feed& feed, const std::function<void(const Pose&)>& offered = {}) {
   std::vector<Pose> before;
   const auto tell = [&](std::size_t known) {
@@ -65,8 +67,10 @@ void add_all(BlockMapper& mapper, const Feed& feed, const std::function<void(con
     if (status != Status::ok && status != Status::no_voxel_capacity) throw std::runtime_error(text(status));
     if (mapper->loops().size() == known) continue;
     const std::span<const Edge> all = mapper->graph().edges();
-    const bool has_step = edges < all.size() && !all[edges].closes_loop;  // comes before the loops that it made visible
-    before.push_back(has_step ? before[all[edges].from] * all[edges].from_from_to : mapper->graph().poses()[i]);
+    const bool has_step =
+        edges < all.size() && !all[edges].closes_loop;  // comes before the loops that it made visible
+    before.push_back(has_step ? before[all[edges].from] * all[edges].from_from_to
+                              : mapper->graph().poses()[i]);
     tell(known);
   }
   const std::size_t known = mapper->loops().size();

@@ -30,13 +30,17 @@ struct TriedLoop {
   double map_error_m = 0;  ///< mean, with this loop alone
   [[nodiscard]] bool is_taken() const { return report.verdict == LoopVerdict::closed; }
   /// Taken, or right but not needed: what is not refused.
-  [[nodiscard]] bool is_recognised() const { return !std::string_view(text(report.verdict)).starts_with("refused"); }
-  [[nodiscard]] bool is_off() const { return is_taken() && (off_m > places::off_m || off_rad > places::off_rad); }
+  [[nodiscard]] bool is_recognised() const {
+    return !std::string_view(text(report.verdict)).starts_with("refused");
+  }
+  [[nodiscard]] bool is_off() const {
+    return is_taken() && (off_m > places::off_m || off_rad > places::off_rad);
+  }
 };
 
 struct Trial {
-  double error_without_m = 0;  ///< mean, laid on the truth as a whole
-  double error_with_m = 0;     ///< the same, with the loops that the mapper closed by itself
+  double error_without_m = 0;      ///< mean, laid on the truth as a whole
+  double error_with_m = 0;         ///< the same, with the loops that the mapper closed by itself
   std::vector<TriedLoop> offered;  ///< one a pair, each to the map without loops
   std::vector<TriedLoop> own;      ///< what the mapper found by itself
   std::uint32_t predicted = 0;     ///< steps that stand on odometry alone

@@ -9,7 +9,8 @@ using namespace alces::places;
 namespace {
 
 bool same(const std::vector<Point>& a, const std::vector<Point>& b) {
-  return std::ranges::equal(a, b, [](const Point& p, const Point& q) { return p.x == q.x && p.y == q.y && p.z == q.z; });
+  return std::ranges::equal(
+      a, b, [](const Point& p, const Point& q) { return p.x == q.x && p.y == q.y && p.z == q.z; });
 }
 
 /// A scanner after the other, so that every kind meets all of them over the seeds.
@@ -19,7 +20,8 @@ Scanner scanner_for(Kind kind, std::uint64_t seed) {
 
 double way_m(const std::vector<Pose>& poses, std::uint32_t from, std::uint32_t to) {
   double sum_m = 0;
-  for (std::uint32_t i = from; i < to; ++i) sum_m += (poses[i + 1].translation_m - poses[i].translation_m).norm();
+  for (std::uint32_t i = from; i < to; ++i)
+    sum_m += (poses[i + 1].translation_m - poses[i].translation_m).norm();
   return sum_m;
 }
 
@@ -48,7 +50,8 @@ TEST_CASE("every kind of place offers different places, and revisits where the w
       CHECK(drive.truth.size() <= 160);
       for (const Pair& pair : drive.pairs) {
         CAPTURE(pair.first, pair.last);
-        const double apart_m = (drive.truth[pair.first].translation_m - drive.truth[pair.last].translation_m).norm();
+        const double apart_m =
+            (drive.truth[pair.first].translation_m - drive.truth[pair.last].translation_m).norm();
         CHECK(way_m(drive.truth, pair.first, pair.last) > 10);
         if (pair.is_revisit) CHECK(apart_m <= 2.0);
         if (!pair.is_revisit) CHECK(apart_m > 1.0);

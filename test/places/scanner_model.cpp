@@ -44,15 +44,16 @@ ScannerModel::ScannerModel(Scanner scanner, double reach_m) {
     elevation_step_deg = is_dense ? 26.9 / 63 : 2;
     height_m_ = is_dense ? 1.7 : 1.0;
     own_vehicle_rad_ = -90 * deg;
-    errors_ = {.noise_m = 0.02, .quantum_m = 0.002, .max_range_m = std::min(reach_m, 80.0), .mixed_share = 0.02};
+    errors_ = {
+        .noise_m = 0.02, .quantum_m = 0.002, .max_range_m = std::min(reach_m, 80.0), .mixed_share = 0.02};
   }
   const auto columns = static_cast<std::size_t>(std::lround(360 / azimuth_step_deg));
   for (std::size_t column = 0; column < columns; ++column) {
     const double azimuth = 2 * std::numbers::pi * static_cast<double>(column) / static_cast<double>(columns);
     for (std::size_t ray = 0; ray < column_rays_; ++ray) {
       const double elevation = (elevation_deg + elevation_step_deg * static_cast<double>(ray)) * deg;
-      directions_.emplace_back(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                               std::sin(elevation));
+      directions_.emplace_back(std::cos(elevation) * std::cos(azimuth),
+                               std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
     }
   }
 }

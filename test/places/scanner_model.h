@@ -15,7 +15,8 @@
 namespace alces::places {
 
 enum class Scanner : std::uint8_t {
-  turning,  ///< a 2D laser on a turning head: a vertical profile every 2 deg, a ray every degree; LMS 291's errors
+  turning,  ///< a 2D laser on a turning head: a vertical profile every 2 deg, a ray every degree; LMS 291's
+            ///< errors
   rings16,  ///< 16 rings from -15 to 15 deg, a ray every 0.8 deg
   rings64,  ///< 64 rings from -24.9 to 2 deg, a ray every 0.6 deg
 };

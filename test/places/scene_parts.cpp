@@ -38,17 +38,20 @@ void car(sim::Scene& scene, const Vector2d& centre, sim::Random& random) {
   box(scene, at - cabin + Vector3d(0, 0, 0.6), at + cabin + Vector3d(0, 0, height - 0.25), 0.2);
 }
 
-void ground(sim::Scene& scene, const Vector2d& low, const Vector2d& high, std::uint64_t seed, double relief_m) {
+void ground(sim::Scene& scene, const Vector2d& low, const Vector2d& high, std::uint64_t seed,
+            double relief_m) {
   const sim::Wander along(sim::mix(seed, 70), 25);
   const sim::Wander across(sim::mix(seed, 71), 18);
-  scene.ground = sim::Ground(low, high, [&](double x, double y) { return relief_m * (along(x) + across(y)); });
+  scene.ground =
+      sim::Ground(low, high, [&](double x, double y) { return relief_m * (along(x) + across(y)); });
 }
 
 std::vector<Vector3d> way_along(const Lanes& lanes) {
   const double west = lanes.begin_m - lanes.around_m;
   const double east = lanes.end_m + lanes.around_m;
   const double again_m = lanes.again * (lanes.end_m - lanes.begin_m);
-  std::vector<Vector3d> way{{lanes.begin_m, lanes.first_m, 0}, {east, lanes.first_m, 0}, {east, lanes.second_m, 0}};
+  std::vector<Vector3d> way{
+      {lanes.begin_m, lanes.first_m, 0}, {east, lanes.first_m, 0}, {east, lanes.second_m, 0}};
   if (lanes.opposite) {
     way.emplace_back(lanes.begin_m, lanes.second_m, 0);
     way.emplace_back(lanes.begin_m, lanes.second_m + lanes.offset_m, 0);

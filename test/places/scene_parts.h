@@ -10,7 +10,8 @@
 namespace alces::places {
 
 /// An upright box along the axes.
-void box(sim::Scene& scene, const Eigen::Vector3d& low, const Eigen::Vector3d& high, double reflectivity = 0.5);
+void box(sim::Scene& scene, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+         double reflectivity = 0.5);
 /// A floor, or a ceiling seen from below: a slab whose top is at `top_m`.
 void slab(sim::Scene& scene, const Eigen::Vector2d& low, const Eigen::Vector2d& high, double top_m,
           double thickness_m = 0.2);
@@ -22,8 +23,8 @@ void car(sim::Scene& scene, const Eigen::Vector2d& centre, sim::Random& random);
 void ground(sim::Scene& scene, const Eigen::Vector2d& low, const Eigen::Vector2d& high, std::uint64_t seed,
             double relief_m);
 
-/// Two lanes along x, side by side: along the first, back along the second. Then along a part of the first again,
-/// or, `opposite`, about and along a part of the second, `offset_m` beside the first time.
+/// Two lanes along x, side by side: along the first, back along the second. Then along a part of the first
+/// again, or, `opposite`, about and along a part of the second, `offset_m` beside the first time.
 struct Lanes {
   double begin_m = 0;  ///< x
   double end_m = 0;

@@ -26,8 +26,8 @@ struct OdometrySettings {
 };
 
 /// What such wheels and gyro say of a way: identity at first.
-[[nodiscard]] std::vector<Pose> planar_odometry(const std::vector<Pose>& truth, const OdometrySettings& settings,
-                                                std::uint64_t seed);
+[[nodiscard]] std::vector<Pose> planar_odometry(const std::vector<Pose>& truth,
+                                                const OdometrySettings& settings, std::uint64_t seed);
 
 struct DriveSettings {
   std::size_t scans = 924;
