@@ -2,6 +2,7 @@
 // the error of every step, and of chains of steps, is compared with what the edges' labels predict.
 #include <fmt/core.h>
 
+#include <cmath>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -92,15 +93,21 @@ void print_table(std::span<const ChainErrors> drives, const LabelFit& fit, const
   fmt::print("\n");
 }
 
+/// A part that is nothing, in mm or mrad.
+std::string thousandths(double squared) {
+  const double value = 1e3 * std::sqrt(squared);
+  return value < 1e-3 ? "0" : fmt::format("{:.2g}", value);
+}
+
 std::string described(const LabelFit& fit) {
   const auto& v = fit.value;
   return fmt::format(
-      "label x {:.2g} (translation), x {:.2g} (rotation), + {:.2g} mm and {:.2g} mrad a step, + {:.2g} mm "
-      "and {:.2g} mrad a "
-      "metre always the same way, + {:.2g} times the last step at the end",
-      v[LabelFit::translation], v[LabelFit::rotation], 1e3 * std::sqrt(v[LabelFit::step_m2]),
-      1e3 * std::sqrt(v[LabelFit::step_rad2]), 1e3 * std::sqrt(v[LabelFit::way_m2]),
-      1e3 * std::sqrt(v[LabelFit::way_rad2]), v[LabelFit::ends]);
+      "label x {:.2g} (translation), x {:.2g} (rotation), + {} mm and {} mrad a step, + {} mm and {} mrad a "
+      "metre "
+      "always the same way, + {:.2g} times the last step at the end",
+      v[LabelFit::translation], v[LabelFit::rotation], thousandths(v[LabelFit::step_m2]),
+      thousandths(v[LabelFit::step_rad2]), thousandths(v[LabelFit::way_m2]),
+      thousandths(v[LabelFit::way_rad2]), v[LabelFit::ends]);
 }
 
 void measure(const Options& options) {

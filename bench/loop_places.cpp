@@ -268,6 +268,7 @@ void try_drive(const std::string& text, const Options& options, Results& results
     feed.odometry = worse;
     feed.truth = truth;
     feed.pairs = pairs;
+    feed.offer_with_loops = true;
     MapperConfig config = config_for(scans.size(), options);
     config.pool_bytes = std::size_t{256} << 20;
     results.add(drive_name, noise, try_mapper(feed, config),

@@ -79,6 +79,25 @@ void add_all(BlockMapper& mapper, const Feed& feed, const std::function<void(con
   if (mapper->finish(last)) tell(known);
 }
 
+/// Each to the map as it is now.
+void offer_pairs(BlockMapper& mapper, const Feed& feed, Trial& trial) {
+  const std::vector<std::byte> as_it_is = mapper.copy();
+  for (const Pair& pair : feed.pairs) {
+    TriedLoop loop;
+    loop.is_revisit = pair.is_revisit;
+    loop.is_bare = pair.is_bare;
+    const std::span<const Pose> poses = mapper->graph().poses();
+    const Pose before = poses[pair.first].inverse() * poses[pair.last];
+    loop.before_from_after = before.inverse() * (feed.truth[pair.first].inverse() * feed.truth[pair.last]);
+    const Status status = mapper->offer_loop(pair.first, pair.last, loop.report);
+    if (status != Status::ok) throw std::runtime_error(text(status));
+    judge(loop, mapper->graph(), feed.truth);
+    loop.map_error_m = mean_error_m(mapper->graph().poses(), feed.truth);
+    trial.offered.push_back(loop);
+    mapper.restore(as_it_is);
+  }
+}
+
 }  // namespace
 
 double mean_error_m(std::span<const Pose> poses, std::span<const Pose> truth) {
@@ -112,20 +131,7 @@ Trial try_mapper(const Feed& feed, const MapperConfig& config) {
     add_all(mapper, feed);
     trial.predicted = mapper->counters().scans_predicted;
     trial.error_without_m = mean_error_m(mapper->graph().poses(), feed.truth);
-    const std::vector<std::byte> unbent = mapper.copy();
-    for (const Pair& pair : feed.pairs) {
-      TriedLoop loop;
-      loop.is_revisit = pair.is_revisit;
-      loop.is_bare = pair.is_bare;
-      const Pose before = mapper->graph().poses()[pair.first].inverse() * mapper->graph().poses()[pair.last];
-      loop.before_from_after = before.inverse() * (feed.truth[pair.first].inverse() * feed.truth[pair.last]);
-      const Status status = mapper->offer_loop(pair.first, pair.last, loop.report);
-      if (status != Status::ok) throw std::runtime_error(text(status));
-      judge(loop, mapper->graph(), feed.truth);
-      loop.map_error_m = mean_error_m(mapper->graph().poses(), feed.truth);
-      trial.offered.push_back(loop);
-      mapper.restore(unbent);
-    }
+    if (!feed.offer_with_loops) offer_pairs(mapper, feed, trial);
   }
   BlockMapper mapper(config);
   std::vector<Pose> first_from_last_before;
@@ -141,6 +147,7 @@ Trial try_mapper(const Feed& feed, const MapperConfig& config) {
     loop.map_error_m = trial.error_with_m;
     trial.own.push_back(loop);
   }
+  if (feed.offer_with_loops) offer_pairs(mapper, feed, trial);
   return trial;
 }
 

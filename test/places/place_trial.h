@@ -41,7 +41,7 @@ struct TriedLoop {
 struct Trial {
   double error_without_m = 0;      ///< mean, laid on the truth as a whole
   double error_with_m = 0;         ///< the same, with the loops that the mapper closed by itself
-  std::vector<TriedLoop> offered;  ///< one a pair, each to the map without loops
+  std::vector<TriedLoop> offered;  ///< one a pair, each to the map as it was before any was offered
   std::vector<TriedLoop> own;      ///< what the mapper found by itself
   std::uint32_t predicted = 0;     ///< steps that stand on odometry alone
   [[nodiscard]] bool is_worse() const { return error_with_m > 1.1 * error_without_m + 0.02; }
@@ -56,6 +56,9 @@ struct Feed {
   std::span<const Pose> odometry;
   std::span<const Pose> truth;
   std::span<const Pair> pairs;
+  /// Pairs are offered to the map with the loops that the mapper closed by itself: on a long drive as its
+  /// user has it.
+  bool offer_with_loops = false;
 };
 [[nodiscard]] Trial try_mapper(const Feed& feed, const MapperConfig& config);
 
