@@ -1,40 +1,19 @@
 #include "support.h"
 
 #include <fmt/core.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
-#include <exception>
-#include <fstream>
+#include <filesystem>
 #include <memory>
-#include <numeric>
 #include <stdexcept>
 
 #include "alces/voxel_grid.h"
 #include "alces_offline/scan_source.h"
+#include "alces_offline/trajectory.h"
 #include "support/in_block.h"
 
 namespace alces::bench {
 namespace {
-
-Drive from_folder(const std::string& folder, std::size_t most_scans) {
-  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder);
-  Drive drive;
-  drive.size = std::min(source->size(), most_scans);
-  drive.name = fmt::format("{} ({})", folder, source->description());
-  drive.points = [source](std::size_t index, std::vector<Point>& points) {
-    source->read(index, points);
-    std::erase_if(points, [](const Point& point) { return !is_finite(point); });
-  };
-  for (std::size_t i = 0; i < drive.size; ++i) {
-    const std::optional<Pose> odometry = source->odometry(i);
-    if (!odometry) throw std::runtime_error(source->name(i) + " has no odometry");
-    drive.odometry.push_back(*odometry);
-  }
-  return drive;
-}
 
 /// As many rays as bring back about so many points: most of them look into the sky or through windows.
 std::size_t rays_for(const sim::DriveSettings& settings, std::size_t returned_points) {
@@ -62,15 +41,6 @@ Drive from_town(sim::DriveSettings settings, std::size_t returned_points) {
   return drive;
 }
 
-std::string processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown processor";
-}
-
 }  // namespace
 
 void DriveOptions::add_to(CLI::App& app) {
@@ -84,12 +54,41 @@ void DriveOptions::add_to(CLI::App& app) {
       ->capture_default_str();
 }
 
-Drive DriveOptions::open() const {
-  if (!folder_.empty()) return from_folder(folder_, scans_);
+Drive recorded(const std::string& folder, std::size_t most_scans, const std::string& truth_file) {
+  offline::ScanSourceOptions options;
+  const std::filesystem::path beside = std::filesystem::path(folder).lexically_normal() / "../odometry.tum";
+  if (std::filesystem::exists(beside)) options.odometry = beside;
+  const std::shared_ptr<offline::ScanSource> source = offline::open_scans(folder, options);
+  Drive drive;
+  drive.size = std::min(source->size(), most_scans);
+  drive.name = fmt::format("{} ({})", folder, source->description());
+  drive.points = [source](std::size_t index, std::vector<Point>& points) {
+    source->read(index, points);
+    std::erase_if(points, [](const Point& point) { return !is_finite(point); });
+  };
+  for (std::size_t i = 0; i < drive.size; ++i) {
+    const std::optional<Pose> odometry = source->odometry(i);
+    if (!odometry) throw std::runtime_error(source->name(i) + " has no odometry");
+    drive.odometry.push_back(*odometry);
+  }
+  if (truth_file.empty()) return drive;
+  const offline::Trajectory truth = offline::read_trajectory(truth_file);
+  if (truth.size() != source->size())
+    throw std::runtime_error(truth_file + ": not as many poses as there are scans");
+  for (std::size_t i = 0; i < drive.size; ++i)
+    drive.truth.push_back(truth.poses[0].inverse() * truth.poses[i]);
+  return drive;
+}
+
+Drive town(std::uint64_t seed, std::size_t scans, std::size_t returned_points) {
   sim::DriveSettings settings;
-  settings.scans = scans_;
-  settings.seed = seed_;
-  return from_town(settings, returned_points_);
+  settings.scans = scans;
+  settings.seed = seed;
+  return from_town(settings, returned_points);
+}
+
+Drive DriveOptions::open() const {
+  return folder_.empty() ? town(seed_, scans_, returned_points_) : recorded(folder_, scans_);
 }
 
 std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m) {
@@ -102,64 +101,6 @@ std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m) 
   (void)grid->reduce(points, few, counts);  // an empty scan stays one
   few.resize(counts.kept);
   return few;
-}
-
-double Samples::median() const {
-  if (values_.empty()) return 0;
-  std::vector<double> values = values_;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double Samples::mean() const {
-  if (values_.empty()) return 0;
-  return std::accumulate(values_.begin(), values_.end(), 0.0) / static_cast<double>(values_.size());
-}
-
-double Samples::worst() const {
-  return values_.empty() ? 0 : *std::max_element(values_.begin(), values_.end());
-}
-
-void print_heading(std::string_view title) {
-  double load[1] = {0};
-  if (getloadavg(load, 1) != 1) load[0] = std::nan("");
-  fmt::print("### {}\n\n{}, one thread; load average at the start {:.1f} on {} cores.\n\n", title,
-             processor(), load[0], sysconf(_SC_NPROCESSORS_ONLN));
-}
-
-void print_row(std::initializer_list<std::string> cells) {
-  for (const std::string& cell : cells) fmt::print("| {} ", cell);
-  fmt::print("|\n");
-  std::fflush(stdout);
-}
-
-void print_header(std::initializer_list<std::string> names) {
-  print_row(names);
-  for (std::size_t i = 0; i < names.size(); ++i) fmt::print("|---");
-  fmt::print("|\n");
-}
-
-void print_progress(std::size_t done, std::size_t total) {
-  if (isatty(STDERR_FILENO) == 0) return;
-  if (done < total) {
-    fmt::print(stderr, "\r{} of {} ", done, total);
-  } else {
-    fmt::print(stderr, "\r\033[K");
-  }
-}
-
-int run(int argc, char** argv, CLI::App& app, const std::function<void()>& body) {
-  try {
-    app.parse(argc, argv);
-    body();
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", argv[0], error.what());
-    return 3;
-  }
-  return 0;
 }
 
 }  // namespace alces::bench

@@ -1,19 +1,17 @@
-// What the benchmarks share: where scans come from, time, medians, Markdown tables.
+// What the benchmarks share: where scans come from.
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "alces/point.h"
 #include "alces/pose.h"
 #include "alces_platform/sim/drive.h"
+#include "tables.h"
 
 namespace alces::bench {
 
@@ -25,6 +23,14 @@ struct Drive {
   std::vector<Pose> truth;  ///< empty: none is known
   std::string name;
 };
+
+/// A folder of scans with odometry in it or beside it (odometry.tum), and a trajectory of where they were,
+/// unless that is empty.
+[[nodiscard]] Drive recorded(const std::string& folder, std::size_t most_scans,
+                             const std::string& truth_file = {});
+
+/// A drive through the town, with rays for about so many points a scan.
+[[nodiscard]] Drive town(std::uint64_t seed, std::size_t scans, std::size_t returned_points);
 
 class DriveOptions {
  public:
@@ -40,45 +46,5 @@ class DriveOptions {
 
 /// Thinned out to a point a cell, as the mapper does it.
 [[nodiscard]] std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m);
-
-class Stopwatch {
- public:
-  [[nodiscard]] double ms() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-class Samples {
- public:
-  void add(double value) { values_.push_back(value); }
-  [[nodiscard]] std::size_t size() const { return values_.size(); }
-  /// All 0 without values.
-  [[nodiscard]] double median() const;
-  [[nodiscard]] double mean() const;
-  [[nodiscard]] double worst() const;
-
- private:
-  std::vector<double> values_;
-};
-
-/// The result of a computation is used, says this to the compiler.
-template <typename T>
-void keep(const T& value) {
-  asm volatile("" : : "r"(&value) : "memory");
-}
-
-/// Title and circumstances: processor, load average at the start.
-void print_heading(std::string_view title);
-void print_row(std::initializer_list<std::string> cells);
-/// A row of column names and the line below it.
-void print_header(std::initializer_list<std::string> names);
-/// A line that is written over, on a terminal.
-void print_progress(std::size_t done, std::size_t total);
-
-/// main() with what every benchmark needs of it: options, errors as sentences.
-int run(int argc, char** argv, CLI::App& app, const std::function<void()>& body);
 
 }  // namespace alces::bench

@@ -11,8 +11,10 @@ namespace {
 
 constexpr double deg = std::numbers::pi / 180.0;
 
-std::vector<Pose> drift(const std::vector<Pose>& truth, const OdometrySettings& settings,
-                        std::uint64_t seed) {
+}  // namespace
+
+std::vector<Pose> planar_odometry(const std::vector<Pose>& truth, const OdometrySettings& settings,
+                                  std::uint64_t seed) {
   Random random(mix(seed, 40));
   const double scale_error = settings.scale_error * random.uniform(0.7, 1.3);
   const double scale = 1.0 + (random.chance(0.5) ? scale_error : -scale_error);
@@ -39,8 +41,6 @@ std::vector<Pose> drift(const std::vector<Pose>& truth, const OdometrySettings& 
   return odometry;
 }
 
-}  // namespace
-
 Drive::Drive(const DriveSettings& settings, const Tour& tour)
     : town_(std::make_shared<Town>(tour.layout)), scanner_(settings.scanner, mix(settings.seed, 50)) {
   const Route route(tour, *town_, std::max<std::size_t>(1, settings.scans), settings.seed);
@@ -49,7 +49,7 @@ Drive::Drive(const DriveSettings& settings, const Tour& tour)
   const Pose start_from_town = town_from_body_.front().inverse();
   for (const Pose& town_from_body : town_from_body_) truth_.push_back(start_from_town * town_from_body);
   truth_.front() = Pose{};
-  odometry_ = drift(truth_, settings.odometry, settings.seed);
+  odometry_ = planar_odometry(truth_, settings.odometry, settings.seed);
 }
 
 void Drive::points(std::size_t index, std::vector<Point>& points) const {

@@ -25,6 +25,10 @@ struct OdometrySettings {
   double turn_scale_error = 0.01;        ///< share of a turn
 };
 
+/// What such wheels and gyro say of a way: identity at first.
+[[nodiscard]] std::vector<Pose> planar_odometry(const std::vector<Pose>& truth,
+                                                const OdometrySettings& settings, std::uint64_t seed);
+
 struct DriveSettings {
   std::size_t scans = 924;
   std::uint64_t seed = 1;
