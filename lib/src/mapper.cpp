@@ -109,8 +109,8 @@ void Mapper::look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_
   const std::optional<LoopTrigger::Loop> candidate = trigger_.observe(n, nearby);
   report.times.detect_ns = now_ns() - begin_ns;
   if (!candidate) return;
-  report.loop_offered = true;
   close_loop(*candidate, config_.loop_search.candidates, report.loop, report.times);
+  report.loop_offered = report.loop.verdict != LoopVerdict::known;
 }
 
 MapHealth Mapper::health() const {
@@ -155,6 +155,7 @@ MapHealth Mapper::health() const {
       case LoopVerdict::refused_implausible:
         ++health.implausible;
         break;
+      case LoopVerdict::known:
       case LoopVerdict::refused_capacity:
       case LoopVerdict::refused_archive:
         break;
@@ -172,7 +173,7 @@ bool Mapper::finish(LoopReport& loop, StageTimes* times) {
   StageTimes taken;
   close_loop(*candidate, config_.loop_search.candidates, loop, taken);
   if (times != nullptr) *times = taken;
-  return true;
+  return loop.verdict != LoopVerdict::known;
 }
 
 Status Mapper::read_scan(std::uint32_t scan, std::span<Point> points, std::uint32_t& count) {

@@ -24,7 +24,8 @@ bool is_usable(const IcpConfig& config) {
          is_within(config.limit_factor, 0.01, 1) && is_within(config.translation_epsilon_m, 0, longest_m) &&
          is_within(config.rotation_epsilon_rad, 0, 4) && is_within(config.robust_factor, 0, 1e6) &&
          is_within(config.robust_scale_m, 0, longest_m) && is_within(config.rough_weight, 0, 1) &&
-         is_within(config.fit_distance_m, 0, longest_m) && is_within(config.degenerate_ratio, 0, 1);
+         is_within(config.fit_distance_m, 0, longest_m) && is_within(config.degenerate_ratio, 0, 1) &&
+         is_within(config.uncertainty.noise, 0, 1e6) && is_within(config.uncertainty.pull, 0, 1e6);
 }
 
 bool is_usable(const VoxelGridConfig& config) {
@@ -53,8 +54,26 @@ bool is_usable(const LoopSearchConfig& config) {
          is_within(config.shift_gain, 0, 1);
 }
 
+bool is_usable(const MotionUncertainty& config) {
+  return is_within(config.odometry_m_per_m, 1e-6, longest_m) && is_within(config.odometry_rad_per_m, 1e-6, 10) &&
+         is_within(config.without_odometry_m, 1e-6, longest_m) &&
+         is_within(config.without_odometry_rad, 1e-6, 10) && is_within(config.steps_assumed, 0.1, 1e6) &&
+         is_within(config.steps_remembered, 2, 1e6);
+}
+
+bool is_usable(const StepBelief& config) {
+  return is_within(config.minimum_overlap, 0, 1) && is_within(config.usual_fit_share, 0, 1) &&
+         is_within(config.least_fit_share, 0, 1) && is_within(config.minimum_fit, 0, 1) &&
+         is_within(config.maximum_mahalanobis2, 0, 1e12);
+}
+
+bool is_usable(const StartSearchConfig& config) {
+  return is_within(config.cell_m, 0.05, longest_m) && is_within(config.reach_m, 0, 60) &&
+         is_within(config.reach_m / config.cell_m, 0, 60) && is_within(config.turn_step_rad, 0.025, 4);
+}
+
 bool is_usable(const BeliefConfig& config) {
-  return is_within(config.minimum_overlap, 0, 1) && is_within(config.maximum_rms_m, 0, longest_m) &&
+  return is_within(config.known_m, 0, longest_m) && is_within(config.minimum_overlap, 0, 1) && is_within(config.maximum_rms_m, 0, longest_m) &&
          is_within(config.maximum_mahalanobis2, 0, 1e12) && is_within(config.minimum_wall_fit, 0, 1) &&
          is_within(config.minimum_fit_share, 0, 10) && is_within(config.small_correction_m, 0, longest_m);
 }
@@ -73,7 +92,9 @@ Status Mapper::check(const MapperConfig& config) {
       config.model_scans <= most && around_loop <= most && config.cache_slots >= together &&
       is_within(config.trigger.hysteresis_m, 0, longest_m) && is_usable(config.voxel) &&
       is_usable(config.surface) && is_usable(config.scan_match) && is_usable(config.loop_match) &&
-      is_usable(config.edge_uncertainty) && is_usable(config.loop_search) && is_usable(config.belief) &&
+      is_usable(config.edge_uncertainty) && is_usable(config.motion) && is_usable(config.step_belief) &&
+      is_usable(config.start_search) && is_within(config.pair_reach, 0, 100) &&
+      is_within(config.longest_reach_m, shortest_m, longest_m) && is_usable(config.loop_search) && is_usable(config.belief) &&
       LoopDetector::check(config.detector) == Status::ok;
   return is_good ? Status::ok : Status::bad_config;
 }

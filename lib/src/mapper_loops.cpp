@@ -26,6 +26,8 @@ const char* text(LoopVerdict verdict) {
   switch (verdict) {
     case LoopVerdict::closed:
       return "closed";
+    case LoopVerdict::known:
+      return "not needed: the map knows it as well";
     case LoopVerdict::refused_no_match:
       return "refused: the metascans do not come together";
     case LoopVerdict::refused_overlap:
@@ -61,8 +63,12 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
     loop.first = candidate.first;
     loop.last = candidate.last;
     loop.distance_m = candidate.distance_m;
+    judge_loop(candidate, tries > 1 || config_.loop_search.candidates == 1, loop, times);
+    if (loop.verdict == LoopVerdict::known) {
+      ++counters_.loops_known;
+      return;
+    }
     ++counters_.loops_offered;
-    judge_loop(candidate, loop, times);
     if (loop.verdict == LoopVerdict::closed) ++counters_.loops_closed;
     if (loop_count_ < loops_.size()) {
       loops_[loop_count_++] = loop;
@@ -175,7 +181,18 @@ double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, c
   return both.samples == 0 ? 0.0 : static_cast<double>(both.fitting) / both.samples;
 }
 
-void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times) {
+// A loop is worth an edge where the map can be off by more than this. While loops are used up faster than scans,
+// only larger doubts are, so that loops last as long as the scans do.
+double Mapper::known_m() const {
+  const double loops_used = static_cast<double>(counters_.loops_closed) / std::max(1U, config_.loop_capacity);
+  const double scans_used = static_cast<double>(scan_count()) / config_.scan_capacity;
+  constexpr double reserve = 0.05;       // of the loops, that may be used early
+  constexpr double m_per_share = 10;     // a tenth too many: a metre
+  return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve);
+}
+
+void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
+                        StageTimes& times) {
   const std::uint32_t f = candidate.first;
   const std::uint32_t l = candidate.last;
   const Pose map_from_f = graph_.poses()[f];
@@ -206,6 +223,10 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, St
   f_from_map.bottomRightCorner<3, 3>() = f_from_map.topLeftCorner<3, 3>();
   const IcpPrior prior{map_from_f.inverse() * map_from_l, f_from_map * uncertainty * f_from_map.transpose()};
   loop.expected_m = std::sqrt(uncertainty.topLeftCorner<3, 3>().trace());
+  if (may_skip_known && loop.expected_m < known_m()) {
+    loop.verdict = LoopVerdict::known;
+    return;
+  }
   IcpConfig config = config_.loop_match;
   config.last_distance_limit_m = std::max(config.last_distance_limit_m, config_.pair_reach * scan_l.spacing.typical_m);
   config.first_distance_limit_m = std::max(config.first_distance_limit_m, config.last_distance_limit_m);

@@ -32,8 +32,7 @@ EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior,
     covariance.covariance *= config_.edge_uncertainty.unconverged_factor;
   if (config_.judge_steps) {  // what fits worse than usual is less sure
     const double shortfall = std::max(1.0, usual_fit_.fit() / std::max(match.balanced_fit, 0.05));
-    double factor = 1; for (int i = 0; i < config_.dbg_power; ++i) factor *= shortfall;
-    covariance.covariance *= factor;
+    covariance.covariance *= shortfall * shortfall;
   }
   return edge_variance(covariance, match.model_from_data, map_from_model, config_.edge_uncertainty);
 }

@@ -85,7 +85,6 @@ struct MapperConfig {
   bool use_motion_prior = true;  ///< the prediction holds a match where the scans leave it open
   float longest_reach_m = 6;     ///< pairs of a first iteration, however far predictions are off
   StepBelief step_belief;
-  int dbg_power = 2;
   bool judge_steps = true;   ///< a match that is not believed gives way to the odometry
   bool search_steps = true;  ///< and other starts are looked for before
   StartSearchConfig start_search;
@@ -116,6 +115,7 @@ struct MapperConfig {
 
 enum class LoopVerdict : std::uint8_t {
   closed,
+  known,                ///< not matched: it would tell nothing that the map does not know
   refused_no_match,     ///< the metascans did not come together
   refused_overlap,      ///< too few points found a partner
   refused_residual,     ///< they came together badly
@@ -310,7 +310,9 @@ class Mapper {
   [[nodiscard]] EdgeVariance label(const IcpResult& match, const IcpPrior* prior,
                                    const Eigen::Quaterniond& map_from_model) const;
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
-  void judge_loop(const LoopTrigger::Loop& candidate, LoopReport& loop, StageTimes& times);
+  void judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
+                  StageTimes& times);
+  [[nodiscard]] double known_m() const;
   [[nodiscard]] Status bend(const Edge& edge, const Pose& map_from_l);
   [[nodiscard]] std::uint64_t now_ns() const { return clock_ == nullptr ? 0 : clock_->now_ns(); }
 
@@ -371,6 +373,7 @@ constexpr MapperConfig MapperConfig::paper() {
   config.belief.maximum_mahalanobis2 = 3000;
   config.belief.minimum_wall_fit = 0;
   config.belief.minimum_fit_share = 0;
+  config.belief.known_m = 0;
   return config;
 }
 

@@ -41,6 +41,10 @@ void visit_icp(Config& icp, Visitor& visit) {
   visit.number("fit_distance_m", icp.fit_distance_m, 0, 1e3, "nearer samples lie on the model");
   visit.number("degenerate_ratio", icp.degenerate_ratio, 0, 1,
                "smallest over largest curvature below this: a direction is undetermined");
+  visit.flag("same_side", icp.same_side, "pair a sample only with what was seen from the same side");
+  visit.flag("both_ways", icp.both_ways, "half of the samples are the model's, and ask the data");
+  visit.number("noise", icp.uncertainty.noise, 0, 1e6, "independent errors, as a share of the residuals'");
+  visit.number("pull", icp.uncertainty.pull, 0, 1e6, "errors in common, as a share of the correspondences");
 }
 
 /// Every number of a mapper, in the order of the file.
@@ -69,13 +73,44 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.table("surface", "Samples with normals: what moves in a match.");
   visit.number("sample_capacity", config.surface.sample_capacity, 1, 1 << 24, "a scan");
   visit.number("neighbors", config.surface.neighbors, 3, KdTree::maximum_neighbors, "of the plane fit");
-  visit.number("neighbor_radius_m", config.surface.neighbor_radius_m, 1e-3, 100, "");
+  visit.number("neighbor_reach", config.surface.neighbor_reach, 1, 100,
+               "times what is typical of the scan at that range; farther ones do not count");
 
   visit.table("scan_match", "A new scan onto the last ones.");
   visit.number("model_scans", config.model_scans, 1, Icp::maximum_model_scans, "how many; 1: pairwise");
-  visit.flag("learn_odometry_heading", config.learn_odometry_heading,
-             "predict with the heading offset that matches show the odometry to have");
+  visit.number("pair_reach", config.pair_reach, 0, 100,
+               "pairs may be this many times a scan's typical spacing apart");
+  visit.number("longest_reach_m", config.longest_reach_m, 1e-3, 1e3,
+               "of the first iteration, however far predictions are off");
   visit_icp(config.scan_match, visit);
+
+  visit.table("motion", "Where the next scan is predicted, and how far off that can be: at first, then as it is.");
+  visit.flag("use_motion_prior", config.use_motion_prior,
+             "odometry holds a match where the scans leave it open");
+  visit.number("odometry_m_per_m", config.motion.odometry_m_per_m, 1e-6, 10, "standard deviation, each axis");
+  visit.number("odometry_rad_per_m", config.motion.odometry_rad_per_m, 1e-6, 10, "the same of turns");
+  visit.number("without_odometry_m", config.motion.without_odometry_m, 1e-6, 1e3,
+               "from one step to the next, each axis");
+  visit.number("without_odometry_rad", config.motion.without_odometry_rad, 1e-6, 10, "the same of turns");
+  visit.number("steps_assumed", config.motion.steps_assumed, 0.1, 1e6, "so many steps weigh these numbers");
+  visit.number("steps_remembered", config.motion.steps_remembered, 2, 1e6, "older steps fade");
+  visit.flag("learn_heading", config.motion.learn_heading,
+             "and scale: of the scanner's steps against the odometry's");
+  visit.flag("learn_delay", config.motion.learn_delay, "of the odometry's stamps");
+
+  visit.table("step_belief", "When the match of a scan is believed.");
+  visit.flag("judge_steps", config.judge_steps, "else all are, as the paper does");
+  visit.flag("search_steps", config.search_steps, "look for other starts where it is not, and for loops");
+  visit.number("minimum_overlap", config.step_belief.minimum_overlap, 0, 1, "share of the samples with a partner");
+  visit.number("usual_fit_share", config.step_belief.usual_fit_share, 0, 1,
+               "of the fit that is usual on the drive; below: searched");
+  visit.number("least_fit_share", config.step_belief.least_fit_share, 0, 1, "the same after the search: not believed");
+  visit.number("minimum_fit", config.step_belief.minimum_fit, 0, 1, "anywhere");
+  visit.number("maximum_mahalanobis2", config.step_belief.maximum_mahalanobis2, 0, 1e12,
+               "of the deviation from the prediction");
+  visit.number("reach_m", config.start_search.reach_m, 0, 60, "of the search, to each side");
+  visit.number("turn_step_rad", config.start_search.turn_step_rad, 0.025, 3.2, "between the turns it tries");
+  visit.number("cell_m", config.start_search.cell_m, 0.05, 100, "of its grid, and between its shifts");
 
   visit.table("edge_uncertainty", "What a match is believed to know.");
   visit.flag("label_with_appendix_a", config.label_with_appendix_a,
@@ -95,6 +130,7 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("sigma_factor", config.detector.sigma_factor, 0, 1e3,
                "reach = radius + factor * standard deviation; 0: always the radius");
   visit.number("minimum_gap_scans", config.detector.minimum_gap_scans, 1, 1e8, "in between");
+  visit.number("minimum_gap_m", config.detector.minimum_gap_m, 0, 1e6, "driven in between");
 
   visit.table("trigger", "When a loop is closed: at the closest approach.");
   visit.flag("close_loops", config.close_loops, "");
@@ -112,10 +148,9 @@ void visit_mapper(Config& config, Visitor& visit) {
 
   visit.table("loop_search", "Where the match of a loop starts, beside where the poses say.");
   visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1,
-               "from here on no turned start is tried");
-  visit.number("turn_step_rad", config.loop_search.turn_step_rad, 0, 3.2,
-               "starts turned by multiples of this");
-  visit.number("turn_steps", config.loop_search.turn_steps, 0, 100, "to each side");
+               "from here on no other start is tried");
+  visit.number("sure_fit_share", config.loop_search.sure_fit_share, 0, 10,
+               "if the surfaces fit so well, too, as a share of what is usual");
   visit.number("shift_step_m", config.loop_search.shift_step_m, 0.01, 100,
                "shifted along the weakest direction, to where what lies across it fits best");
   visit.number("shift_steps", config.loop_search.shift_steps, 0, Icp::maximum_shift_steps,
@@ -133,7 +168,11 @@ void visit_mapper(Config& config, Visitor& visit) {
                "of the correction, against the uncertainty accumulated along the loop");
   visit.number("minimum_wall_fit", config.belief.minimum_wall_fit, 0, 1,
                "share that has to fit of the samples that face along the match's two weaker directions");
-  visit.number("small_correction_m", config.belief.small_correction_m, 0, 1e3, "up to here it need not");
+  visit.number("minimum_fit_share", config.belief.minimum_fit_share, 0, 10,
+               "of the fit that is usual on the drive");
+  visit.number("small_correction_m", config.belief.small_correction_m, 0, 1e3,
+               "up to here neither walls nor fit are asked for");
+  visit.number("known_m", config.belief.known_m, 0, 1e3, "what the map knows as well already is not matched");
 
   visit.table("sharing", "How the error of a loop is shared out.");
   visit.choice("rule", config.sharing, {{"trails", SharingRule::trails}, {"paper", SharingRule::paper}},
