@@ -107,7 +107,7 @@ IcpConfig Mapper::step_config(const MotionPrior::Prediction& prediction, const S
   IcpConfig config = config_.scan_match;
   config.last_distance_limit_m = std::max(config.last_distance_limit_m, config_.pair_reach * spacing.typical_m);
   if (config_.use_motion_prior) {
-    const double off_m = 3 * (prediction.sigma_m() + prediction.sigma_rad() * static_cast<double>(spacing.range_m));
+    const double off_m = 3 * (prediction.sigma_m() + prediction.sigma_rad() * static_cast<double>(spacing.typical_range_m));
     config.first_distance_limit_m =
         std::clamp(static_cast<float>(off_m), config.first_distance_limit_m, config_.longest_reach_m);
   }

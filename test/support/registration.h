@@ -21,7 +21,7 @@ struct RegistrationSettings {
   // Small cells and surroundings: wider plane fits round the edges off and turn the minimum by 0.2 to 0.3
   // deg.
   float cell_size_m = 0.10F;
-  SurfaceConfig surface{.sample_capacity = 8192, .neighbors = 10, .neighbor_radius_m = 0.5F};
+  SurfaceConfig surface{.sample_capacity = 8192, .neighbors = 10};
   /// One after the other, each from where the one before ended.
   std::vector<IcpConfig> stages = {
       {.maximum_iterations = 60,

@@ -25,7 +25,7 @@ constexpr alces::MapperConfig config() {
   small.voxel.cell_capacity = 512;
   small.surface.sample_capacity = 96;
   small.surface.neighbors = 8;
-  small.surface.neighbor_radius_m = 2;  // cells are that much larger, too
+
   small.correspondence_capacity = 800;
   small.cache_slots = 10;
   small.pool_bytes = 0;

@@ -58,7 +58,7 @@ struct IcpConfig {
   float fit_distance_m = 0.1F;   ///< of IcpResult::fit: along the normal where there is a plane, else whole
   float degenerate_ratio =
       1e-3F;  ///< smallest over largest curvature below this: a direction is undetermined
-  IcpUncertainty uncertainty;  ///< what a prior is weighed against
+  IcpUncertainty uncertainty{};  ///< what a prior is weighed against
   /// A sample is paired only with what was seen from the same side: the two faces of a wall are no pair.
   bool same_side = true;
   /// Half of the samples are the model's, and ask the data: what is paired wrongly where one side sees more

@@ -28,7 +28,7 @@ struct ScanSpacing {
   float per_range = 0;   ///< typical distance to the last of SurfaceConfig::neighbors, a metre of range
   float smallest_m = 0;  ///< the same where points are densest (the nearest tenth of such distances)
   float typical_m = 0;   ///< their median
-  float range_m = 0;     ///< median range of the points
+  float typical_range_m = 0;  ///< median range of the points
 
   /// That distance at a range.
   [[nodiscard]] float at(float range_m) const { return std::max(smallest_m, per_range * range_m); }

@@ -73,7 +73,7 @@ std::size_t ScanPreparation::bytes_needed(const VoxelGridConfig& voxel) {
 
 ScanPreparation::ScanPreparation(const LumSettings& settings)
     : voxel_(settings.voxel),
-      surface_{settings.samples, settings.neighbors, settings.neighbor_radius_m},
+      surface_{settings.samples, settings.neighbors, settings.neighbor_reach},
       block_(bytes_needed(settings.voxel)),
       reduced_(settings.voxel.cell_capacity) {
   Arena arena(block_.bytes());

@@ -47,7 +47,7 @@ std::string fingerprint(const LumSettings& s) {
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
                      static_cast<int>(s.metric), s.voxel.cell_size_m,
                      static_cast<int>(s.voxel.representative), s.voxel.cell_capacity, s.voxel.minimum_range_m,
-                     s.voxel.maximum_range_m, s.samples, s.neighbors, s.neighbor_radius_m, s.link_distance_m,
+                     s.voxel.maximum_range_m, s.samples, s.neighbors, s.neighbor_reach, s.link_distance_m,
                      s.links_a_scan, s.minimum_correspondences, s.minimum_overlap, s.first_distance_limit_m,
                      s.last_distance_limit_m, s.limit_factor, s.coarse_stride, s.robust_share, s.rough_weight,
                      s.variance_floor_m, s.switches_links, s.switch_factor, s.switch_least_m);
