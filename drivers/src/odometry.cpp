@@ -6,11 +6,12 @@
 namespace alces {
 namespace {
 
-constexpr std::int64_t last_sane_stamp_ns = INT64_MAX / 4;  // differences within cannot overflow
 /// A stamp so far past the last tick is a wrong one.
 constexpr std::int64_t future_ns = 10 * ns_per_s;
 /// Two frames may be stamped close together though their values are a cycle apart.
 constexpr double shortest_cycle_s = 0.01;
+/// The wheels stand and the gyro turns: so long, and the wheels are not believed.
+constexpr std::int64_t contradiction_ns = ns_per_s;
 /// How much of a newly measured bias is taken over.
 constexpr double bias_gain = 0.3;
 
@@ -60,7 +61,7 @@ Odometry::Odometry(const OdometryConfig& config, NoticePort& notices)
 }
 
 bool Odometry::is_stamp_good(std::int64_t stamp_ns) {
-  const bool is_sane = stamp_ns >= 0 && stamp_ns <= last_sane_stamp_ns;
+  const bool is_sane = stamp_ns >= 0 && stamp_ns <= latest_stamp_ns;
   if (is_sane && (ticked_ns_ == no_stamp_ns || stamp_ns - ticked_ns_ <= future_ns)) return true;
   ++counters_.stamps_absurd;
   return false;
@@ -72,8 +73,9 @@ void Odometry::begin_anew() {
   for (Message& message : messages_) message.stamp_ns = message.changed_ns = no_stamp_ns;
   for (Integral& integral : integrals_) {
     integral.is_fresh = integral.has_value = false;
-    integral.stamp_ns = no_stamp_ns;
+    integral.stamp_ns = integral.changed_ns = no_stamp_ns;
   }
+  contradiction_ns_ = no_stamp_ns;
   has_alive_counter_ = false;
   standstill_s_ = 0;
   standstill_sum_rad_.setZero();
@@ -111,6 +113,7 @@ void Odometry::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
   const std::int64_t sampled_ns = stamp_ns - config_.latency_ns;
   if (!is_frame_new(*message, frame, sampled_ns)) return;
   take_alive_counter(frame, sampled_ns);
+  note_values(frame, sampled_ns);
   watch_frozen(sampled_ns);
   if (is_frozen_) return;
   for (std::size_t channel = 0; channel < signal_count; ++channel) {
@@ -139,24 +142,69 @@ void Odometry::take_alive_counter(const CanFrame& frame, std::int64_t stamp_ns) 
   alive_value_ = value.value;
 }
 
-void Odometry::watch_frozen(std::int64_t stamp_ns) {
-  if (config_.alive_counter.exists()) {
-    if (has_alive_counter_ && alive_seen_ns_ - alive_changed_ns_ > config_.alive_timeout_ns) {
-      freeze(stamp_ns, "the sender's alive counter stands still");
-    } else {
-      is_frozen_ = false;
-    }
-    return;
+void Odometry::note_values(const CanFrame& frame, std::int64_t stamp_ns) {
+  for (std::size_t channel = 0; channel < signal_count; ++channel) {
+    if (!sources_[channel].is_in(frame)) continue;
+    const SignalValue value = extract(sources_[channel].signal, frame.bytes());
+    if (value.status != SignalStatus::ok) continue;
+    Integral& integral = integrals_[channel];
+    if (integral.changed_ns == no_stamp_ns || value.value != integral.received)
+      integral.changed_ns = stamp_ns;
+    integral.received = value.value;
   }
+}
+
+/// Nothing has changed for frozen_after_ns, though the vehicle moves.
+bool Odometry::do_values_rest(std::int64_t stamp_ns) const {
+  if (config_.frozen_after_ns == 0) return false;
+  const bool has_gyro = integrals_[roll].is_used || integrals_[pitch].is_used || integrals_[yaw].is_used;
+  if (config_.alive_counter.exists() && !has_gyro) return false;  // speeds may be coarse
+  const bool has_counter = config_.alive_counter.exists();
   std::int64_t changed_ns = no_stamp_ns;
-  for (const Message& message : messages_) {
-    if (message.is_used) changed_ns = std::max(changed_ns, message.changed_ns);
+  bool is_moving = false;
+  for (std::size_t channel = 0; channel < signal_count; ++channel) {
+    const Integral& integral = integrals_[channel];
+    if (!integral.is_used) continue;
+    changed_ns = std::max(changed_ns, integral.changed_ns);
+    if (has_counter && is_rate(channel)) continue;  // a gyro at rest may show its bias
+    is_moving = is_moving || std::abs(integral.value) > config_.standstill_speed_m_s;
   }
-  const bool is_moving = std::any_of(integrals_.begin(), integrals_.end(), [this](const Integral& integral) {
-    return integral.is_used && std::abs(integral.value) > config_.standstill_speed_m_s;
-  });
-  if (config_.frozen_after_ns > 0 && is_moving && stamp_ns - changed_ns > config_.frozen_after_ns) {
+  if (!has_counter) {  // whatever else changes in the frames speaks for the sender
+    for (const Message& message : messages_) {
+      if (message.is_used) changed_ns = std::max(changed_ns, message.changed_ns);
+    }
+  }
+  return is_moving && changed_ns != no_stamp_ns && stamp_ns - changed_ns > config_.frozen_after_ns;
+}
+
+bool Odometry::do_wheels_contradict_gyro(std::int64_t stamp_ns) {
+  if (config_.kind != OdometryKind::wheels || !integrals_[yaw].is_used) return false;
+  const bool do_wheels_stand = integrals_[left].changed_ns != no_stamp_ns &&
+                               integrals_[right].changed_ns != no_stamp_ns &&
+                               std::abs(integrals_[left].received) <= config_.standstill_speed_m_s &&
+                               std::abs(integrals_[right].received) <= config_.standstill_speed_m_s;
+  const bool does_gyro_turn =
+      integrals_[yaw].changed_ns != no_stamp_ns &&
+      std::abs(integrals_[yaw].received - bias_rad_s_.z()) > config_.maximum_bias_rad_s;
+  if (!do_wheels_stand) are_wheels_dead_ = false;
+  if (!do_wheels_stand || !does_gyro_turn) {
+    contradiction_ns_ = no_stamp_ns;
+  } else if (contradiction_ns_ == no_stamp_ns) {
+    contradiction_ns_ = stamp_ns;
+  } else if (stamp_ns - contradiction_ns_ > contradiction_ns) {
+    are_wheels_dead_ = true;
+  }
+  return are_wheels_dead_;
+}
+
+void Odometry::watch_frozen(std::int64_t stamp_ns) {
+  const bool is_contradiction = do_wheels_contradict_gyro(stamp_ns);
+  if (has_alive_counter_ && alive_seen_ns_ - alive_changed_ns_ > config_.alive_timeout_ns) {
+    freeze(stamp_ns, "the sender's alive counter stands still");
+  } else if (do_values_rest(stamp_ns)) {
     freeze(stamp_ns, "the same data come again and again though the vehicle moves");
+  } else if (is_contradiction) {
+    freeze(stamp_ns, "the wheels say that they stand though the gyro turns: are their sensors dead?");
   } else {
     is_frozen_ = false;
   }
@@ -289,7 +337,7 @@ void Odometry::learn_bias(double way_m, const Eigen::Vector3d& rotation_rad, dou
 }
 
 void Odometry::on_tick(std::int64_t now_ns) {
-  if (now_ns < 0 || now_ns > last_sane_stamp_ns) {
+  if (now_ns < 0 || now_ns > latest_stamp_ns) {
     ++counters_.stamps_absurd;
     return;
   }

@@ -7,8 +7,7 @@
 namespace alces {
 namespace {
 
-constexpr std::int64_t last_sane_stamp_ns = INT64_MAX / 4;  // differences within cannot overflow
-constexpr std::int64_t future_ns = 10 * ns_per_s;           ///< past the last tick: a wrong stamp
+constexpr std::int64_t future_ns = 10 * ns_per_s;  ///< past the last tick: a wrong stamp
 constexpr double longest_profile_ns = 1e9;
 constexpr double largest_angle_rad = 1e9;
 /// The head may go back so far without having turned round: an index pulse corrected its angle.
@@ -80,7 +79,7 @@ void ScanAssembler::on_profile(const Profile& profile) {
                            std::abs(profile.first_angle_rad) < 100 && std::abs(profile.angle_step_rad) < 10;
   const bool is_time_good =
       duration_ns >= 0 && duration_ns <= longest_profile_ns && profile.first_ray_stamp_ns >= 0 &&
-      profile.first_ray_stamp_ns <= last_sane_stamp_ns &&
+      profile.first_ray_stamp_ns <= latest_stamp_ns &&
       (ticked_ns_ == no_stamp_ns || profile.first_ray_stamp_ns - ticked_ns_ <= future_ns);
   if (!is_fan_good || !is_time_good) {
     ++counters_.profiles_absurd;
@@ -113,6 +112,9 @@ void ScanAssembler::store(const Profile& profile, std::int64_t end_ns) {
   if (count < profile.count) {  // the last ray that there is room for
     memory_.waiting[slot].end_ns =
         profile.first_ray_stamp_ns + static_cast<std::int64_t>(profile.ray_interval_ns * (count - 1));
+    notices_.raise(NoticeKind::rays, Severity::error, end_ns,
+                   "profiles have more rays than rays_per_profile: the rest is left out; rays of a profile",
+                   profile.count);
   }
   const std::span<float> ranges_m =
       memory_.ranges_m.subspan(std::size_t{slot} * config_.capacity.rays_per_profile, count);
@@ -127,11 +129,10 @@ void ScanAssembler::remove_oldest() {
 }
 
 void ScanAssembler::on_tick(std::int64_t now_ns) {
-  if (now_ns < 0 || now_ns > last_sane_stamp_ns) return;
+  if (now_ns < 0 || now_ns > latest_stamp_ns) return;
   if (ticked_ns_ != no_stamp_ns && now_ns < ticked_ns_ - clock_step_ns) {  // time ran backward
     finish();
     now_ns_ = now_ns;
-    for (Fix& fix : fixes_) fix.stamp_ns = no_stamp_ns;
   }
   ticked_ns_ = now_ns;
   now_ns_ = std::max(now_ns_, now_ns);
@@ -323,7 +324,14 @@ void ScanAssembler::put_in(const Waiting& profile, std::span<float> ranges_m, co
                                   course.odometry_from_begin_body, course.odometry_from_end_body});
   }
   const std::uint32_t points_before = open_.points;
+  const std::uint64_t without_room_before = counters_.rays_without_room;
   project(profile, ranges_m, course, frame_from_begin, frame_from_end);
+  if (counters_.rays_without_room > without_room_before) {
+    notices_.raise(NoticeKind::points, Severity::error, profile.end_ns,
+                   "a scan has more points than points_per_scan: the rest is left out; points that there is "
+                   "room for",
+                   static_cast<std::int64_t>(memory_.points.size()));
+  }
   counters_.points += open_.points - points_before;
 }
 
@@ -352,7 +360,11 @@ void ScanAssembler::close_scan(bool is_whole) {
                                   : interpolate(open_.odometry_from_frame, open_.last_odometry, 0.5);
     if (config_.deskew) move_points(scan.odometry_from_body.inverse() * open_.odometry_from_frame);
   }
-  scan.has_gps = gps_at(scan.reference_stamp_ns, scan.gps_position_m);
+  if (gps_ != nullptr) {
+    const auto position_m = gps_->position_at(scan.reference_stamp_ns, config_.gps_maximum_age_ns);
+    scan.has_gps = position_m.has_value();
+    if (position_m) scan.gps_position_m = *position_m;
+  }
   scan.points = memory_.points.first(open_.points);
   ++counters_.scans;
   counters_.profiles_missing += scan.profiles_missing;
@@ -364,31 +376,6 @@ void ScanAssembler::close_scan(bool is_whole) {
   }
   open_ = {};
   sink_->on_scan(scan);
-}
-
-void ScanAssembler::set_gps_position(const Eigen::Vector3d& position_m, std::int64_t stamp_ns) {
-  if (!position_m.allFinite() || stamp_ns < 0 || stamp_ns > last_sane_stamp_ns) return;
-  fixes_[next_fix_] = {stamp_ns, position_m};
-  next_fix_ = (next_fix_ + 1) % gps_capacity;
-}
-
-bool ScanAssembler::gps_at(std::int64_t stamp_ns, Eigen::Vector3d& position_m) const {
-  const Fix* before = nullptr;
-  const Fix* after = nullptr;
-  for (const Fix& fix : fixes_) {
-    if (fix.stamp_ns == no_stamp_ns || std::abs(fix.stamp_ns - stamp_ns) > config_.gps_maximum_age_ns)
-      continue;
-    if (fix.stamp_ns <= stamp_ns && (before == nullptr || fix.stamp_ns > before->stamp_ns)) before = &fix;
-    if (fix.stamp_ns >= stamp_ns && (after == nullptr || fix.stamp_ns < after->stamp_ns)) after = &fix;
-  }
-  if (before == nullptr && after == nullptr) return false;
-  if (before == nullptr || after == nullptr || before->stamp_ns == after->stamp_ns) {
-    position_m = before == nullptr ? after->position_m : before->position_m;
-    return true;
-  }
-  const double fraction = seconds(stamp_ns - before->stamp_ns) / seconds(after->stamp_ns - before->stamp_ns);
-  position_m = before->position_m + fraction * (after->position_m - before->position_m);
-  return true;
 }
 
 }  // namespace alces

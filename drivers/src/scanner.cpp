@@ -1,5 +1,6 @@
 #include "alces_drivers/scanner.h"
 
+#include <algorithm>
 #include <memory>
 #include <new>
 
@@ -114,7 +115,9 @@ Scanner* Scanner::create(std::span<std::byte> block, const ScannerConfig& config
       arena.allocate<std::byte>(ScanAssembler::memory_required(config.assembler.capacity)), config.assembler,
       scanner->encoder_, config.has_odometry ? &scanner->odometry_ : nullptr, scanner->scans_, notices,
       status);
-  return scanner->assembler_ == nullptr ? nullptr : scanner;
+  if (scanner->assembler_ == nullptr) return nullptr;
+  if (config.has_gps) scanner->assembler_->ask_for_positions(&scanner->gps_);
+  return scanner;
 }
 
 Scanner::Scanner(const ScannerConfig& config, const Ports& ports, ScanSink& sink, NoticePort& notices)
@@ -123,7 +126,9 @@ Scanner::Scanner(const ScannerConfig& config, const Ports& ports, ScanSink& sink
       motor_(config_.motor, ports.can != nullptr ? *ports.can : no_port_, notices, feedback_),
       encoder_(config_.encoder, notices),
       odometry_(config_.odometry, notices),
-      gps_(config_.gps, notices) {
+      gps_(config_.gps, notices),
+      spaced_notices_(notices, "scanner") {
+  for (ColaBConfig& cola_b : config_.cola_b) cola_b.most_rays = config_.assembler.capacity.rays_per_profile;
   feedback_.scanner = this;
   scans_.scanner = this;
   scans_.sink = &sink;
@@ -156,6 +161,13 @@ Scanner::LaserSlot* Scanner::slot_of(std::uint8_t channel) {
 
 void Scanner::on_event(const Event& event) {
   ++counters_.events;
+  if (!is_sane_stamp(event.stamp_ns)) {
+    ++counters_.stamps_absurd;
+    spaced_notices_.raise(NoticeKind::stamp, Severity::error, std::max<std::int64_t>(now_ns_, 0),
+                          "an event has a time that cannot be, and is left out; so far",
+                          static_cast<std::int64_t>(counters_.stamps_absurd));
+    return;
+  }
   switch (event.kind) {
     case EventKind::tick:
       on_tick(event.stamp_ns);
@@ -182,11 +194,6 @@ void Scanner::on_event(const Event& event) {
         slot->laser->on_bytes(event.bytes, event.stamp_ns);
       } else if (event.channel == gps_channel && config_.has_gps) {
         gps_.on_bytes(event.bytes, event.stamp_ns);
-        const std::optional<GpsFix> fix = gps_.newest();
-        if (fix && fix->stamp_ns != told_fix_ns_) {
-          told_fix_ns_ = fix->stamp_ns;
-          assembler_->set_gps_position(fix->enu_m, fix->stamp_ns);
-        }
       } else {
         ++counters_.events_of_unknown_channel;
       }
@@ -232,7 +239,6 @@ void Scanner::on_clock_step(std::int64_t step_ns, std::int64_t now_ns) {
   shift_stamp(phase_since_ns_, step_ns);
   shift_stamp(dry_since_ns_, step_ns);
   for (LaserSlot& slot : lasers_) shift_stamp(slot.silent_since_ns, step_ns);
-  told_fix_ns_ = no_stamp_ns;
 }
 
 void Scanner::enter(ScannerPhase phase, std::int64_t now_ns) {

@@ -31,6 +31,9 @@ constexpr const char* footer = R"(Examples:
   alces simulate --scans 924 --seed 1 --out drive.mcap   the paper's drive: 1.24 km, five loops, 924 scans
   alces simulate --scans 40 --out short.mcap             around one block
   alces simulate --out drive.mcap --fault laser_unplugged@120+5 --fault node_reset@200
+  alces simulate --scans 300 --rings 16 --out rings.mcap      a sensor of 16 rings, 2 deg apart
+  alces simulate --scans 300 --snow 0.1 --crowd 20 --out bad.mcap   one ray of ten meets a snowflake, 20 people walk along
+  alces simulate --scans 300 --out drive.mcap --fault odometry_frozen@60+60=2   for a minute the wheels say that they stand
   alces simulate --print-config > vehicle.toml           how the simulated vehicle is configured
 
 A town of streets, houses, trees and cars; a vehicle with wheels, gyro and GPS that err like real ones; a head turned by a
@@ -104,6 +107,20 @@ void add_simulate_command(CLI::App& alces) {
   verb->add_option("--standstill", options->settings.standstill_s,
                    "seconds that the vehicle stands before it drives; alces calibrate wants 15 or more")
       ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  verb->add_option(
+          "--rings", options->settings.rings,
+          "of each sweep only so many rays measure, spread over 30 deg about the horizon, as the beams of a "
+          "multi-beam lidar; 0: all")
+      ->check(CLI::Range(0, 31))
+      ->capture_default_str();
+  verb->add_option("--snow", options->settings.snow_share,
+                   "share of the rays that meet a snowflake, 1 to 6 m away")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  verb->add_option("--crowd", options->settings.people,
+                   "so many people walk around the vehicle, 1.5 to 8 m away")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   verb->add_option("--fault", options->faults,
                    "what goes wrong: NAME@SECONDS[+SECONDS][=NUMBER]; may be repeated");

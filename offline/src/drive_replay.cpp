@@ -138,6 +138,8 @@ void DriveReplay::raise(const Notice& notice) {
   said.last_stamp_ns = notice.stamp_ns;
   if (said.stamps_ns.size() < most_stamps_a_notice) said.stamps_ns.push_back(notice.stamp_ns);
   said.severity = notice.severity;
+  said.has_value = notice.has_value;
+  said.value = notice.value;
 }
 
 bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
@@ -209,7 +211,8 @@ std::vector<std::string> DriveReplay::warnings() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [what, said] : notices_) {
     if (said.severity == Severity::info) continue;
-    warnings.push_back(fmt::format("{}: {}{} (first at {:.1f} s)", what.first, what.second,
+    warnings.push_back(fmt::format("{}: {}{}{} (first at {:.1f} s)", what.first, what.second,
+                                   said.has_value ? fmt::format(" {}", said.value) : "",
                                    said.times > 1 ? fmt::format(", {} times", said.times) : "",
                                    seconds(said.first_stamp_ns - begin_ns_)));
   }
@@ -264,6 +267,7 @@ nlohmann::json DriveReplay::report() const {
     json["notices"].push_back({{"source", what.first},
                                {"text", what.second},
                                {"severity", text(said.severity)},
+                               {"value", said.has_value ? nlohmann::json(said.value) : nlohmann::json()},
                                {"times", said.times},
                                {"first_s", seconds(said.first_stamp_ns - begin_ns_)},
                                {"last_s", seconds(said.last_stamp_ns - begin_ns_)},

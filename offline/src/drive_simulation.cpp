@@ -117,6 +117,9 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   simulated.rig.motion.scans = settings.scans;
   simulated.rig.motion.standstill_s = settings.standstill_s;
   if (settings.speed_m_per_s > 0) simulated.rig.motion.mean_speed_m_per_s = settings.speed_m_per_s;
+  simulated.rig.rings.count = settings.rings;
+  simulated.rig.range_errors.snow_share = settings.snow_share;
+  simulated.rig.crowd.people = settings.people;
   simulated.rig.lasers = static_cast<std::uint8_t>(settings.vehicle.scanner.assembler.laser_count);
   simulated.rig.has_gps = settings.vehicle.scanner.has_gps;
   simulated.rig.field_of_view_rad =

@@ -178,6 +178,7 @@ void MappingWorker::finish(MapResult& result) {
 void MappingWorker::tell_of_graph(std::uint32_t edges_before, MapResult& result) {
   const std::span<const Edge> edges = mapper_->graph().edges().subspan(edges_before);
   result.edge_count = static_cast<std::uint32_t>(std::min(edges.size(), result.edges.size()));
+  result.edges_left_out = static_cast<std::uint32_t>(edges.size()) - result.edge_count;
   std::copy_n(edges.begin(), result.edge_count, result.edges.begin());
   if (mapper_->scan_count() > 0) result.map_from_body = mapper_->graph().poses().back();
   if (result.has_loop && result.loop.verdict == LoopVerdict::closed) copy_path(result);

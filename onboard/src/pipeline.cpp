@@ -94,7 +94,7 @@ PipelineMemory Pipeline::memory_required(const PipelineConfig& config) {
 }
 
 Pipeline::Pipeline(const PipelineConfig& config, const Surroundings& surroundings)
-    : config_(config), listener_(surroundings.listener) {
+    : config_(config), listener_(surroundings.listener), capacity_notices_(*this, "mapper") {
   if (config.records && surroundings.recording != nullptr) {
     recorder_block_.emplace(RecordingWriter::memory_required(config.recording));
     RecordingStatus status = RecordingStatus::ok;
@@ -143,7 +143,7 @@ void Pipeline::on_event(const Event& event) {
     take_results();
     return;
   }
-  if (event.kind == EventKind::tick) now_ns_ = event.stamp_ns;
+  if (event.kind == EventKind::tick && is_sane_stamp(event.stamp_ns)) now_ns_ = event.stamp_ns;
   if (is_recording_) recorder_->on_event(event);
   scanner_->on_event(event);
   take_results();
@@ -151,6 +151,20 @@ void Pipeline::on_event(const Event& event) {
 }
 
 void Pipeline::raise(const Notice& notice) {
+  std::uint64_t held_back = 0;
+  if (!notice_limiter_.may(notice, held_back)) {
+    ++counters_.notices_held_back;
+    return;
+  }
+  if (held_back > 0) {
+    tell({notice.stamp_ns, Severity::warning, notice.source,
+          "raises so many notices that most are held back; since the last",
+          static_cast<std::int64_t>(held_back), true});
+  }
+  tell(notice);
+}
+
+void Pipeline::tell(const Notice& notice) {
   ++counters_.notices;
   if (is_recording_) recorder_->write_notice(notice);
   if (listener_ != nullptr) listener_->raise(notice);
@@ -207,11 +221,9 @@ void Pipeline::on_result(const MapResult& result) {
     if (result.report.is_predicted) ++counters_.scans_predicted;
     if (result.status == Status::no_voxel_capacity) {
       ++counters_.scans_thinned;
-      if (thin_notice_.may(now_ns_)) {
-        raise({now_ns_, Severity::warning, "mapper",
-               "a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm",
-               std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m)), true});
-      }
+      say(NoticeKind::thinned,
+          "a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm",
+          static_cast<std::uint64_t>(std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m))));
     }
     has_pose_ = true;
     map_from_body_ = result.map_from_body;
@@ -225,9 +237,21 @@ void Pipeline::on_result(const MapResult& result) {
   if (result.has_loop) {
     const bool is_closed = result.loop.verdict == LoopVerdict::closed;
     ++(is_closed ? counters_.loops_closed : counters_.loops_refused);
-    if (is_closed && recorder_ != nullptr && !result.has_path) ++counters_.paths_skipped;
+    if (result.loop.verdict == LoopVerdict::refused_capacity)
+      say(NoticeKind::loops, "has no room for another loop: none is closed any more (loop_capacity); closed",
+          counters_.loops_closed);
+    if (is_closed && recorder_ != nullptr && !result.has_path) {
+      ++counters_.paths_skipped;
+      say(NoticeKind::paths, "a path is not recorded, because the one before waits for the recorder; so far",
+          counters_.paths_skipped);
+    }
     has_loop_ = true;
     last_loop_ = result.loop;
+  }
+  if (result.edges_left_out > 0) {
+    counters_.edges_skipped += result.edges_left_out;
+    say(NoticeKind::edges, "edges of the graph are not recorded: more at once than there is room for; so far",
+        counters_.edges_skipped);
   }
   if (is_recording_) record_result(result);
   if (result.has_path) worker_->take_path();
@@ -240,6 +264,10 @@ void Pipeline::on_result(const MapResult& result) {
            result.figures.scans, true});
   }
   if (result.is_end) is_mapping_finished_ = true;
+}
+
+void Pipeline::say(NoticeKind kind, const char* text, std::uint64_t count) {
+  capacity_notices_.raise(kind, Severity::warning, now_ns_, text, static_cast<std::int64_t>(count));
 }
 
 void Pipeline::record_result(const MapResult& result) {

@@ -146,10 +146,14 @@ std::string describe(const Plan& plan, const VehicleSettings& settings, const Op
   if (pipeline.maps && !settings.archive.empty())
     text += fmt::format("  {:<10}{}\n", "archive", settings.archive);
   if (pipeline.records) {
-    text += fmt::format("  {:<10}{}{}\n", "recording", plan.recording,
+    text += fmt::format("  {:<10}{}{}{}\n", "recording", plan.recording,
                         settings.recording_limit_bytes == 0
                             ? std::string()
-                            : ", up to " + format_byte_size(settings.recording_limit_bytes));
+                            : ", up to " + format_byte_size(settings.recording_limit_bytes),
+                        settings.recording_reserve_bytes == 0
+                            ? std::string()
+                            : fmt::format(", leaves {} of its disk free (at most a twentieth)",
+                                          format_byte_size(settings.recording_reserve_bytes)));
   } else {
     text += "  nothing to record to: give --record FILE\n";
   }

@@ -20,6 +20,7 @@
 #include "alces_platform/linux/clock.h"
 #include "alces_platform/linux/realtime.h"
 #include "alces_platform/linux/watchdog.h"
+#include "alces_platform/recording/disk_reserve.h"
 #include "alces_platform/recording/file_sink.h"
 #include "alces_platform/recording/scan_file.h"
 #include "alces_platform/settings/settings_error.h"
@@ -92,7 +93,8 @@ class Program {
         terminal_(STDERR_FILENO),
         lines_(terminal_, {.ring_bytes = std::size_t{256} << 10}),
         console_(console_config(begin_ns_), lines_),
-        file_ring_(file_, plan_.file),
+        file_reserve_(file_),
+        file_ring_(file_reserve_, plan_.file),
         inlet_(console_),
         loop_(inlet_, inlet_) {}
 
@@ -158,6 +160,7 @@ class Program {
                   fmt::format("{}: the recording cannot be written ({}); name a file in a folder "
                               "that alcesd may write to",
                               recording_.string(), reason_of(file_.error_number())));
+    file_reserve_.keep_free(recording_.string(), settings_.recording_reserve_bytes);
   }
 
   void make_pipeline() {
@@ -201,6 +204,7 @@ class Program {
   void finish() {
     // Nobody acquires any more: the last chunks may wait for the disk.
     file_ring_.let_writes_wait(file_end_limit_ns);
+    file_reserve_.release();
     const bool is_taken = pipeline_->finish_recording();
     devices_->close();
     bool is_whole = true;
@@ -255,6 +259,7 @@ class Program {
   BackgroundSink lines_;
   Console console_;
   FileSink file_;
+  DiskReserve file_reserve_;
   BackgroundSink file_ring_;
   ScanFile archive_;
   MonotonicStageClock clock_;

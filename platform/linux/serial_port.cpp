@@ -261,6 +261,10 @@ void SerialPort::receive() {
 bool SerialPort::write(std::span<const std::uint8_t> bytes) {
   if (line_ && queue_.push(bytes)) return true;
   counters_.bytes_refused += bytes.size();
+  const std::int64_t now = now_ns();
+  if (line_ && full_notice_.may(now))
+    loop_.raise(now, Severity::warning, path_.text(),
+                "takes no bytes any more: what is sent to it is refused");
   return false;
 }
 

@@ -16,6 +16,7 @@ namespace alces {
 namespace {
 
 constexpr int reads_at_once = 8;
+constexpr std::int64_t forgiven_after_ns = 120 * ns_per_s;
 
 void set_option(int descriptor, int level, int option, int value) {
   setsockopt(descriptor, level, option, &value, sizeof value);
@@ -71,7 +72,9 @@ void TcpConnection::close() {
   loop_.detach(*this);
   state_ = State::closed;
   last_error_number_ = 0;
+  is_drop_due_ = false;
   back_off_.reset();
+  drop_back_off_.reset();
 }
 
 void TcpConnection::connect(std::int64_t now_ns) {
@@ -124,6 +127,8 @@ void TcpConnection::on_ready(std::uint32_t, std::uint32_t epoll_events) {
 
 void TcpConnection::on_connected(std::int64_t now_ns) {
   state_ = State::up;
+  is_drop_due_ = false;
+  up_since_ns_ = now_ns;
   ++counters_.connects;
   error_.clear();
   last_error_number_ = 0;
@@ -151,15 +156,24 @@ void TcpConnection::receive() {
     }
     const auto size = static_cast<std::size_t>(count);
     counters_.bytes_received += size;
-    back_off_.reset();
+    if (now - up_since_ns_ > steady_ns) back_off_.reset();
     Event event;
     event.stamp_ns = now;
     event.kind = EventKind::bytes;
     event.channel = config_.channel;
     event.bytes = std::span(received_).first(size);
     loop_.sink().on_event(event);
+    carry_out_drop(now);
     if (size < received_.size()) return;
   }
+}
+
+void TcpConnection::carry_out_drop(std::int64_t now_ns) {
+  if (!is_drop_due_ || state_ != State::up) return;
+  is_drop_due_ = false;
+  ++counters_.drops;
+  lose(now_ns, EBADMSG);
+  drop_back_off_.failed(now_ns);
 }
 
 void TcpConnection::lose(std::int64_t now_ns, int error_number) {
@@ -174,7 +188,9 @@ void TcpConnection::lose(std::int64_t now_ns, int error_number) {
   if (was_up) {
     ++counters_.losses;
     error_.set("%s port %u: the connection ended: %s", host_.text(), port,
-               error_number == 0 ? "closed by the device" : std::strerror(error_number));
+               error_number == 0         ? "closed by the device"
+               : error_number == EBADMSG ? "nothing but garbage came"
+                                         : std::strerror(error_number));
     loop_.raise(now_ns, Severity::error, host_.text(), "the connection ended; connecting again",
                 error_number);
     Event event;
@@ -206,6 +222,10 @@ void TcpConnection::lose(std::int64_t now_ns, int error_number) {
 bool TcpConnection::write(std::span<const std::uint8_t> bytes) {
   if (state_ == State::up && queue_.push(bytes)) return true;
   counters_.bytes_refused += bytes.size();
+  const std::int64_t now = now_ns();
+  if (state_ == State::up && full_notice_.may(now))
+    loop_.raise(now, Severity::warning, host_.text(),
+                "takes no bytes any more: what is sent to it is refused");
   return false;
 }
 
@@ -235,7 +255,10 @@ void TcpConnection::flush(std::int64_t now_ns) {
 }
 
 void TcpConnection::on_tick(std::int64_t now_ns) {
-  if (state_ == State::waiting && back_off_.is_due(now_ns)) {
+  carry_out_drop(now_ns);
+  // A peer that has made sense for long enough is as good as new.
+  if (state_ == State::up && now_ns - up_since_ns_ > forgiven_after_ns) drop_back_off_.reset();
+  if (state_ == State::waiting && back_off_.is_due(now_ns) && drop_back_off_.is_due(now_ns)) {
     connect(now_ns);
   } else if (state_ == State::connecting && now_ns - connect_since_ns_ > config_.connect_limit_ns) {
     lose(now_ns, ETIMEDOUT);

@@ -27,7 +27,8 @@ std::int64_t parse_integer(std::string_view text) {
   return value;
 }
 
-Event decode_frame(CdrReader& cdr, int topic, std::int64_t stamp_ns) {
+/// Nothing: a classical frame of more than 8 bytes, which there is none of.
+std::optional<Event> decode_frame(CdrReader& cdr, int topic, std::int64_t stamp_ns) {
   const int place = (topic - first_can_topic) % recording::topics_per_can_bus;
   Event event;
   event.stamp_ns = stamp_ns;
@@ -43,6 +44,7 @@ Event decode_frame(CdrReader& cdr, int topic, std::int64_t stamp_ns) {
   if (place < 2) {
     frame.size = cdr.number<std::uint8_t>();
     data = cdr.byte_array(8);
+    if (frame.size > data.size()) return std::nullopt;
   } else {
     frame.is_fd = cdr.boolean();
     frame.is_bit_rate_switched = cdr.boolean();
@@ -178,8 +180,9 @@ bool RecordingReader::decode(int topic, const mcap::ReadMessage& raw, RecordedMe
   Event event;
   event.stamp_ns = stamp_ns;
   if (topic >= first_can_topic) {
-    message.content = decode_frame(cdr, topic, stamp_ns);
-    return !cdr.failed();
+    const std::optional<Event> frame = decode_frame(cdr, topic, stamp_ns);
+    if (frame) message.content = *frame;
+    return frame.has_value() && !cdr.failed();
   }
   switch (static_cast<Topic>(topic)) {
     case Topic::tick:

@@ -47,7 +47,9 @@ RecordingWriter::RecordingWriter(Arena& arena, const RecordingConfig& config, By
                                                 .ptr -
                                             utc_offset_text_.data())}}}},
       mcap_(arena, file_config(config, metadata_), sink),
-      notices_(notices) {}
+      notices_(notices) {
+  if (notices != nullptr) capacity_notices_.emplace(*notices, "recording");
+}
 
 mcap::WriterConfig RecordingWriter::file_config(const RecordingConfig& config,
                                                 std::span<const mcap::KeyValue> metadata) {
@@ -116,6 +118,7 @@ void RecordingWriter::make_room() {
 
 /// The notices come last: whoever hears them may write them here.
 bool RecordingWriter::try_flush(bool gives_up) {
+  const std::uint64_t not_indexed_before = mcap_.counters().chunks_not_indexed;
   const bool taken = mcap_.flush();
   const std::uint64_t lost_before = mcap_.counters().messages_lost;
   if (!taken && gives_up) mcap_.discard();
@@ -129,12 +132,22 @@ bool RecordingWriter::try_flush(bool gives_up) {
     lost_before_stall_ = lost_before;
     say(Severity::error, "the recording cannot be written; make room on its disk", 0);
   }
+  if (mcap_.counters().chunks_not_indexed > not_indexed_before)
+    say(NoticeKind::not_indexed,
+        "has more chunks than its index has room for: it will have no index, and is read from the front; "
+        "chunks",
+        mcap_.counters().chunks_written);
   return taken;
 }
 
 void RecordingWriter::say(Severity severity, const char* text, std::int64_t value) {
   if (notices_ != nullptr)
     notices_->raise({now_ns_, severity, "recording", text, value, severity == Severity::info});
+}
+
+void RecordingWriter::say(NoticeKind kind, const char* text, std::uint64_t count) {
+  if (capacity_notices_)
+    capacity_notices_->raise(kind, Severity::warning, now_ns_, text, static_cast<std::int64_t>(count));
 }
 
 bool RecordingWriter::flush() {
@@ -148,8 +161,8 @@ bool RecordingWriter::finish() {
 
 /// The time at which this is handed on: that of the last tick, or later by what newer stamps say.
 void RecordingWriter::advance(const Event& event) {
-  const bool is_believed =
-      !has_now_ || event.kind == EventKind::tick || event.stamp_ns - now_ns_ <= longest_lead_ns;
+  const bool is_believed = is_sane_stamp(event.stamp_ns) && (!has_now_ || event.kind == EventKind::tick ||
+                                                             event.stamp_ns - now_ns_ <= longest_lead_ns);
   advance_to(is_believed ? event.stamp_ns : now_ns_);
 }
 
@@ -218,7 +231,11 @@ void RecordingWriter::put_frame(const Event& event) {
   }
   const CanFrame& frame = event.frame;
   const bool is_classical = fits_classical_frame(frame);
-  if (frame.size > CanFrame::maximum_bytes) ++counters_.frames_too_long;
+  if (frame.size > CanFrame::maximum_bytes) {
+    ++counters_.frames_too_long;
+    say(NoticeKind::too_long, "CAN frames are longer than 64 bytes and are cut; so far",
+        counters_.frames_too_long);
+  }
   const int channel = static_cast<int>(Topic::can_rx) + recording::topics_per_can_bus * event.channel +
                       (event.kind == EventKind::can_sent ? 1 : 0) + (is_classical ? 0 : 2);
   put_on(static_cast<std::uint16_t>(channel), event.stamp_ns, [&](CdrWriter& cdr) {
@@ -322,7 +339,10 @@ void RecordingWriter::write_path(const PathRecord& path) {
   const std::size_t count = path.map_from_body.size();
   std::size_t step = 1;
   while (count / step * pose_bytes > room) step *= 2;
-  if (step > 1) ++counters_.paths_thinned;
+  if (step > 1) {
+    ++counters_.paths_thinned;
+    say(NoticeKind::thinned, "the path is longer than a chunk and is thinned out; poses of it", count);
+  }
   put(Topic::path, path.stamp_ns, [&](CdrWriter& cdr) {
     cdr.header(path.stamp_ns, "map");
     const std::size_t place = cdr.count_later();

@@ -85,13 +85,13 @@ void visit_odometry(Config& odometry, Visitor& visit) {
 template <typename Settings, typename Visitor>
 void visit_gps(Settings& vehicle, Visitor& visit) {
   auto& gps = vehicle.scanner.gps;
-  visit.table("gps", "A receiver that writes NMEA 0183 (GGA, RMC). It helps to find loops, no more.");
+  visit.table("gps", "A receiver that writes NMEA 0183 (GGA, GNS, RMC). It helps to find loops, no more.");
   visit.text("device", vehicle.gps_device, "better one of /dev/serial/by-id");
   visit.number("line_baud", vehicle.gps_baud, 300, 4e6, "");
   duration_ms(visit, "delay_ms", gps.delay_ns, 0, 60000, "from the fix's time to its line's last byte");
   duration_s(visit, "maximum_age_s", gps.maximum_age_ns, 1e-3, an_hour_s, "");
   duration_s(visit, "gga_silence_s", gps.gga_silence_ns, 0, an_hour_s,
-             "without GGA for so long: RMC will do");
+             "without GGA for so long: GNS or RMC will do");
   visit.number("minimum_satellites", gps.minimum_satellites, 0, 1000, "");
   visit.number("maximum_hdop", gps.maximum_hdop, 0.01, 1000, "");
   visit.number("maximum_speed_m_s", gps.maximum_speed_m_s, 0.01, 1e5, "faster is a jump ...");

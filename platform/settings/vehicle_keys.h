@@ -82,6 +82,8 @@ void visit_program(Settings& vehicle, Visitor& visit) {
   visit.text("recording", vehicle.recording,
              "an MCAP file, %t: UTC of the start; empty: nothing is recorded");
   size("recording_limit", vehicle.recording_limit_bytes, 0, 1e15, "then recording ends; 0: none");
+  size("recording_reserve", vehicle.recording_reserve_bytes, 0, 1e15,
+       "of its disk stays free, at most a twentieth of it: recording waits for room; 0: none");
   visit.number("fifo_priority", vehicle.fifo_priority, 0, 99, "of the acquisition thread; 0: not real-time");
   visit.number("processor", vehicle.processor, -1, 1023, "of the acquisition thread; -1: any");
   visit.flag("locks_memory", vehicle.locks_memory, "no page is ever swapped out");

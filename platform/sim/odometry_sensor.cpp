@@ -95,7 +95,7 @@ void OdometrySensor::step_errors(std::int64_t now_ns) {
   }
 }
 
-void OdometrySensor::sample(Timetable& timetable) {
+void OdometrySensor::sample(Timetable& timetable, Standing standing) {
   const std::int64_t begin_ns = timetable.last_ns;
   const std::int64_t end_ns = timetable.next_ns;
   const double step_s = std::max(1e-6, static_cast<double>(end_ns - begin_ns) * 1e-9);
@@ -103,13 +103,15 @@ void OdometrySensor::sample(Timetable& timetable) {
   const auto begin = motion_.at(begin_ns);
   const auto middle = motion_.at(begin_ns + (end_ns - begin_ns) / 2);
   const auto end = motion_.at(end_ns);
-  const double speed =
+  double speed =
       (begin.velocity_m_per_s.x() + 4 * middle.velocity_m_per_s.x() + end.velocity_m_per_s.x()) / 6;
-  const Eigen::Vector3d rates = (begin.rate_rad_per_s + 4 * middle.rate_rad_per_s + end.rate_rad_per_s) / 6;
+  Eigen::Vector3d rates = (begin.rate_rad_per_s + 4 * middle.rate_rad_per_s + end.rate_rad_per_s) / 6;
+  double turn = 0.5 * settings_.track_m * rates.z() * turn_scale_;
+  if (standing != Standing::nothing) speed = turn = 0;
+  if (standing == Standing::wheels_and_gyro) rates.setZero();
 
   step_errors(end_ns);
   Random& random = timetable.random;
-  const double turn = 0.5 * settings_.track_m * rates.z() * turn_scale_;
   const auto wheel = [&](double true_speed, double slip) {
     // A wheel that stands measures nothing: its error goes with its speed.
     const double noise =
@@ -143,12 +145,15 @@ void OdometrySensor::poll(std::int64_t now_ns, const FaultPlan& faults, std::vec
   for (Timetable& timetable : timetables_) {
     for (; timetable.next_ns <= now_ns; timetable.next_ns += timetable.period_ns) {
       const Injection* frozen = faults.active(Fault::odometry_frozen, timetable.next_ns);
-      if (frozen == nullptr) {
-        sample(timetable);
+      const std::int64_t kind = frozen == nullptr ? 0 : frozen->argument;
+      if (frozen == nullptr || kind >= 2) {
+        sample(timetable, kind == 0   ? Standing::nothing
+                          : kind == 2 ? Standing::wheels
+                                      : Standing::wheels_and_gyro);
         if (timetable.has_wheels) jump_m_per_s_ = 0;
       }
       timetable.last_ns = timetable.next_ns;
-      if (frozen == nullptr || frozen->argument == 1)
+      if (frozen == nullptr || kind >= 1)
         timetable.values[at(OdometryQuantity::counter)] = static_cast<double>(timetable.count++);
       if (faults.active(Fault::odometry_silent, timetable.next_ns) != nullptr) continue;
       Output output;

@@ -14,6 +14,13 @@ double RangeMeter::measure(const Hit& hit, Random& random) {
   const double luck = random.uniform();
   const double noise = random.normal();
   if (errors_.dropout_share > 0 && random.chance(errors_.dropout_share)) return 0;
+  if (errors_.snow_share > 0 && random.chance(errors_.snow_share)) {
+    const double flake_m = random.uniform(errors_.snow_nearest_m, errors_.snow_farthest_m);
+    if (flake_m < static_cast<double>(hit.range_m)) {
+      before_m_ = -1;
+      return rounded(flake_m);
+    }
+  }
   if (hit.surface == Surface::none) {
     before_m_ = -1;
     return 0;

@@ -267,7 +267,9 @@ bool meets_thicket(const Thicket& thicket, const Vector3f& world_origin, const V
   return false;
 }
 
-bool meets_pole(const Pole& pole, const Vector3f& origin, const Vector3f& direction, Hit& nearest) {
+}  // namespace
+
+bool meets(const Pole& pole, const Vector3f& origin, const Vector3f& direction, Hit& nearest) {
   const Vector3f o = origin - pole.foot;
   const float a = direction.head<2>().squaredNorm();
   if (a < 1e-9F) return false;
@@ -285,8 +287,6 @@ bool meets_pole(const Pole& pole, const Vector3f& origin, const Vector3f& direct
   return true;
 }
 
-}  // namespace
-
 bool Scene::meets(const Body& body, const Vector3f& origin, const Vector3f& direction, Hit& nearest) const {
   switch (body.kind) {
     case Kind::facade:
@@ -294,7 +294,7 @@ bool Scene::meets(const Body& body, const Vector3f& origin, const Vector3f& dire
     case Kind::thicket:
       return meets_thicket(thickets_[body.index], origin, direction, nearest);
     case Kind::pole:
-      return meets_pole(poles_[body.index], origin, direction, nearest);
+      return sim::meets(poles_[body.index], origin, direction, nearest);
     case Kind::convex:
       break;
   }

@@ -18,6 +18,19 @@ std::int64_t after(std::int64_t stamp_ns, double duration_ns) {
   return stamp_ns + std::llround(duration_ns);
 }
 
+/// Which rays measure.
+std::vector<bool> rays_of(const Rings& rings, std::size_t rays, double field_of_view_rad) {
+  std::vector<bool> measures(rays, rings.count == 0);
+  if (rays < 2) return measures;
+  for (std::uint32_t ring = 0; ring < rings.count; ++ring) {
+    const double share = rings.count > 1 ? static_cast<double>(ring) / (rings.count - 1) - 0.5 : 0;
+    const double place = (share * rings.span_rad / field_of_view_rad + 0.5) * static_cast<double>(rays - 1);
+    if (place < 0 || place > static_cast<double>(rays - 1)) continue;
+    measures[static_cast<std::size_t>(std::lround(place))] = true;
+  }
+  return measures;
+}
+
 }  // namespace
 
 void SweepCaster::cast(const SweepRequest& request) const {
@@ -28,7 +41,14 @@ void SweepCaster::cast(const SweepRequest& request) const {
   const Eigen::Vector2d axis_m = geometry_.body_from_head.translation_m.head<2>();
   RangeMeter meter(errors_);
   Random random(request.seed);
+  const std::vector<bool> measures = rays_of(rings_, rays, request.field_of_view_rad);
+  const std::vector<Pole> people =
+      crowd_ == nullptr ? std::vector<Pole>() : crowd_->at(request.middle_stamp_ns);
   for (std::size_t ray = 0; ray < rays; ++ray) {
+    if (!measures[ray]) {
+      request.ranges_m[ray] = 0;
+      continue;
+    }
     const double fraction = rays > 1 ? static_cast<double>(ray) / static_cast<double>(rays - 1) : 0.5;
     const double angle = (fraction - 0.5) * request.field_of_view_rad;
     const Eigen::Vector3d direction(std::cos(angle), std::sin(angle), 0);
@@ -47,7 +67,9 @@ void SweepCaster::cast(const SweepRequest& request) const {
         interpolate(request.town_from_laser_begin, request.town_from_laser_end, fraction);
     const Eigen::Vector3f origin = town_from_laser.translation_m.cast<float>();
     const Eigen::Vector3f towards = (town_from_laser.rotation * direction).cast<float>();
-    request.ranges_m[ray] = static_cast<float>(meter.measure(scene_.cast(origin, towards, limit_m), random));
+    Hit hit = scene_.cast(origin, towards, limit_m);
+    for (const Pole& person : people) meets(person, origin, towards, hit);
+    request.ranges_m[ray] = static_cast<float>(meter.measure(hit, random));
   }
 }
 
@@ -85,6 +107,7 @@ SweepRequest LaserSweeps::request(Guess& guess, double ray_interval_ns) const {
   request.town_from_laser_end = motion_.town_from_body(end_ns) * end;
   request.body_from_laser = interpolate(begin, end, 0.5);
   request.field_of_view_rad = settings_.field_of_view_rad;
+  request.middle_stamp_ns = begin_ns + (end_ns - begin_ns) / 2;
   request.seed = mix(settings_.seed, settings_.laser, static_cast<std::uint64_t>(begin_ns));
   request.ranges_m = guess.ranges_m;
   return request;

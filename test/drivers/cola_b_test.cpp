@@ -180,7 +180,11 @@ class Rig final : public alces::BytePort, public alces::NoticePort, public alces
     return true;
   }
   bool set_baud_rate(std::uint32_t) override { return true; }
-  void raise(const alces::Notice& notice) override { notices.emplace_back(notice.text); }
+  void drop() override { ++drops; }
+  void raise(const alces::Notice& notice) override {
+    notices.emplace_back(notice.text);
+    if (notice.has_value) values.push_back(notice.value);
+  }
   void on_profile(const Profile& profile) override { profiles.push_back(profile); }
 
   void run(double seconds) {
@@ -203,6 +207,8 @@ class Rig final : public alces::BytePort, public alces::NoticePort, public alces
     answer("LMCstartmeas", "sAN LMCstartmeas \0"s);
     answer("Run", "sAN Run \1"s);
     answer("STlms", "sRA STlms \0\7\0"s);
+    answer("LMPoutputRange",
+           "sRA LMPoutputRange \0\1\0\0\x13\x88\xff\xf9\x22\x30\0\x22\x55\x10"s);  // 541 rays
     answer("LMDscandata", "sEA LMDscandata \1"s);
   }
   [[nodiscard]] bool was_told(const std::string& what) const {
@@ -216,6 +222,8 @@ class Rig final : public alces::BytePort, public alces::NoticePort, public alces
   std::deque<Bytes> waiting;
   std::vector<std::string> requests;
   std::vector<std::string> notices;
+  int drops = 0;
+  std::vector<std::int64_t> values;  ///< of those notices that have one
   std::vector<Profile> profiles;
 };
 
@@ -245,7 +253,7 @@ TEST_CASE("frames are found wherever the stream is split, and good ones behind b
 
 TEST_CASE("the longest frame passes, a longer one is not built, random bytes do no harm") {
   FrameParser parser;
-  const Bytes longest(maximum_payload_bytes, 0x33);
+  const Bytes longest(maximum_payload_bytes, 's');
   CHECK(parse(parser, frame(longest), 1000).size() == 1);
   Bytes out(maximum_payload_bytes + 100);
   CHECK(build_frame(Bytes(maximum_payload_bytes + 1), out) == 0);
@@ -257,7 +265,61 @@ TEST_CASE("the longest frame passes, a longer one is not built, random bytes do 
   }
   parse(parser, noise, 333);
   parser.discard();
+  parser.allow_work();
   CHECK(parse(parser, frame(bytes_of("sAN Run \1")), 5).size() == 1);
+}
+
+/// What a hostile peer sends: headers that promise 16 KiB, over and over; perhaps with a command's first
+/// letter.
+Bytes false_headers(std::size_t count, bool has_letter) {
+  Bytes header{0x02, 0x02, 0x02, 0x02, 0x00, 0x00, 0x3F, 0xF8};
+  if (has_letter) header.push_back('s');
+  Bytes bytes;
+  bytes.reserve(count * header.size());
+  for (std::size_t i = 0; i < count; ++i) bytes.insert(bytes.end(), header.begin(), header.end());
+  return bytes;
+}
+
+TEST_CASE("false headers cost a bounded amount of work until time passes, and good frames pass after that") {
+  FrameParser parser;
+  const Bytes flood = false_headers(100'000, true);
+  CHECK(parse(parser, flood, 1000).empty());
+  CHECK(parser.counters().overloads == 1);
+  // Each sum of 16 KiB is one checksum error: without a bound there would be 98,000.
+  CHECK(parser.counters().checksum_errors <= FrameParser::work_limit_bytes / maximum_payload_bytes);
+  CHECK(parser.counters().bytes_skipped == flood.size());
+  CHECK(parse(parser, frame(bytes_of("sAN Run \1")), 5).empty());
+  parser.allow_work();
+  CHECK(parse(parser, frame(bytes_of("sAN Run \1")), 5).size() == 1);
+  CHECK(parser.counters().overloads == 1);
+}
+
+TEST_CASE("a peer that sends only garbage is told once and dropped each time, and makes sense again later") {
+  Rig rig({.is_listen_only = true});
+  rig.driver.start(rig.now_ns);
+  rig.driver.on_link(true, rig.now_ns);
+  const Bytes flood = false_headers(2048, false);  // 16 KiB, as a connection reads at once
+  for (int i = 0; i < 40; ++i) {
+    rig.driver.on_bytes(flood, rig.now_ns);
+    rig.run(0.01);
+  }
+  CHECK(rig.driver.counters().peers_dropped == 2);  // 640 KiB
+  CHECK(rig.drops == 2);
+  CHECK(std::ranges::count_if(rig.notices, [](const std::string& text) {
+          return text.find("nothing but garbage comes") != std::string::npos;
+        }) == 1);
+  rig.run(0.01);
+  rig.driver.on_bytes(frame(scan_payload({})), rig.now_ns);
+  CHECK(rig.profiles.size() == 1);
+  // A laser that sends a broken frame now and then is none of those.
+  for (int i = 0; i < 40; ++i) {
+    rig.driver.on_bytes(flood, rig.now_ns);
+    rig.run(0.01);
+    rig.driver.on_bytes(frame(scan_payload({.telegram_counter = static_cast<std::uint16_t>(i + 2)})),
+                        rig.now_ns);
+    rig.run(0.01);
+  }
+  CHECK(rig.drops == 2);
 }
 
 TEST_CASE("scan data is read past other channels and encoders, and refused when it is cut off anywhere") {
@@ -384,18 +446,59 @@ TEST_CASE("the start-up dialogue reaches measuring on the answers of the capture
     }
     if (payload.compare(0, 15, "sSN LMDscandata") == 0) scans.push_back(packet);
   }
-  rig.answers["STlms"] = frame({'s', 'F', 'A', 0, 3});  // the recording host did not ask for it
+  rig.answers["STlms"] = frame({'s', 'F', 'A', 0, 3});           // the recording host did not ask for it
+  rig.answers["LMPoutputRange"] = frame({'s', 'F', 'A', 0, 3});  // nor for this
   rig.driver.start(rig.now_ns);
   CHECK(rig.driver.state() == LaserState::connecting);
   rig.driver.on_link(true, rig.now_ns);
   rig.run(1);
   CHECK(rig.driver.state() == LaserState::measuring);
   CHECK(rig.was_told("does not know a variable"));
-  REQUIRE(rig.requests.size() == 6);
+  REQUIRE(rig.requests.size() == 7);
   CHECK(rig.requests[0] == "sMN SetAccessMode \x03\xf4\x72\x47\x44");  // as the recording host sent it
-  CHECK(rig.requests[5] == "sEN LMDscandata \x01");
+  CHECK(rig.requests[6] == "sEN LMDscandata \x01");
   for (const Packet& scan : scans) rig.driver.on_bytes(scan.bytes, rig.now_ns + scan.stamp_ns);
   CHECK(rig.profiles.size() == scans.size());
+}
+
+TEST_CASE("a laser that announces more rays than there is room for is not let stream, and is told") {
+  const bool sets_scan = GENERATE(false, true);
+  Rig rig({.sets_scan = sets_scan, .most_rays = 181});
+  rig.answer_everything();
+  if (sets_scan) {
+    using namespace std::string_literals;
+    rig.answer("mLMPsetscancfg",
+               "sAN mLMPsetscancfg \0\0\0\x13\x88\0\1\0\0\x13\x88\xff\xf9\x22\x30\0\x22\x55\x10"s);
+    rig.answers.erase("LMPoutputRange");
+  }
+  rig.driver.on_link(true, rig.now_ns);
+  rig.driver.start(rig.now_ns);
+  rig.run(10);
+  CHECK(rig.driver.state() == LaserState::connecting);
+  CHECK(rig.was_told("more rays a profile than rays_per_profile has room for; rays"));
+  CHECK(rig.notices.size() == 1);
+  CHECK(rig.values == std::vector<std::int64_t>{541});
+  for (const std::string& request : rig.requests) CHECK(request.find("LMDscandata ") == std::string::npos);
+}
+
+TEST_CASE("a laser that does not say how many rays come streams all the same, and so does an old recording") {
+  Rig silent({.most_rays = 181});
+  silent.answer_everything();
+  silent.answers.erase("LMPoutputRange");
+  silent.driver.on_link(true, silent.now_ns);
+  silent.driver.start(silent.now_ns);
+  silent.run(2.5);
+  CHECK(silent.driver.state() == LaserState::measuring);
+  CHECK(silent.notices == std::vector<std::string>{"measuring"});
+
+  Rig recorded({.most_rays = 181});
+  recorded.answer_everything();
+  recorded.answers["LMPoutputRange"] = recorded.answers["LMDscandata"];  // what came next then
+  recorded.answers.erase("LMDscandata");
+  recorded.driver.on_link(true, recorded.now_ns);
+  recorded.driver.start(recorded.now_ns);
+  recorded.run(0.2);
+  CHECK(recorded.driver.state() == LaserState::measuring);
 }
 
 TEST_CASE("a laser that is not ready yet is waited for") {
@@ -503,6 +606,11 @@ TEST_CASE("missed and repeated telegrams are counted, reserved values are no ran
   rig.driver.on_bytes(frame(scan_payload({.count = 1201, .channels = 1})), rig.now_ns);
   CHECK(rig.driver.counters().unreadable_scans == 1);
   CHECK(rig.was_told("scan data cannot be used"));
+  const std::size_t told = rig.notices.size();
+  rig.driver.on_bytes(frame(scan_payload({.count = 1201, .channels = 1})), rig.now_ns);
+  CHECK(rig.notices.size() == told);
+  rig.driver.on_bytes(frame(scan_payload({.count = 1201, .channels = 1})), rig.now_ns + 30 * ns_per_s);
+  CHECK(rig.notices.size() == told + 1);
 }
 
 TEST_CASE(

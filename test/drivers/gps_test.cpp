@@ -135,21 +135,45 @@ TEST_CASE("the local plane is metric on the ellipsoid") {
   CHECK((alces::ecef_from_geodetic({0, 90, 0}) - Eigen::Vector3d(0, 6378137, 0)).norm() < 1e-3);
 }
 
-TEST_CASE("a position at a time lies between two fixes, is the newest for a while, and then none") {
+TEST_CASE("a position at a time lies between two fixes, is the nearest one for a while, and then none") {
   Rig rig;
-  CHECK_FALSE(rig.gps.position_at(0));
-  for (int n = 0; n < 30; ++n) {
+  constexpr std::int64_t age_ns = 2 * ns_per_s;
+  CHECK_FALSE(rig.gps.position_at(0, age_ns));
+  for (int n = 0; n < 50; ++n) {
     rig.feed(gga(100 + n, home_deg[0] + 10.0 * n / north_m_per_deg, home_deg[1]), (100 + n) * ns_per_s);
   }
-  CHECK(rig.gps.counters().fixes == 30);
-  const auto between = rig.gps.position_at(125 * ns_per_s + ns_per_s / 4);
+  CHECK(rig.gps.counters().fixes == 50);
+  const auto between = rig.gps.position_at(125 * ns_per_s + ns_per_s / 4, age_ns);
   REQUIRE(between);
   CHECK(between->y() == Approx(252.5).epsilon(1e-3));
-  CHECK(rig.gps.position_at(129 * ns_per_s + ns_per_s)->y() == Approx(290).epsilon(1e-3));
-  CHECK_FALSE(rig.gps.position_at(132 * ns_per_s));
-  CHECK_FALSE(rig.gps.position_at(105 * ns_per_s));  // older than the history
-  rig.feed(gga(140, home_deg[0] + 400.0 / north_m_per_deg, home_deg[1]), 140 * ns_per_s);
-  CHECK_FALSE(rig.gps.position_at(135 * ns_per_s));  // across an outage nothing is interpolated
+  CHECK(rig.gps.position_at(149 * ns_per_s + ns_per_s, age_ns)->y() == Approx(490).epsilon(1e-3));
+  CHECK_FALSE(rig.gps.position_at(152 * ns_per_s, age_ns));
+  CHECK(rig.gps.position_at(152 * ns_per_s, 2 * age_ns));
+  CHECK_FALSE(rig.gps.position_at(105 * ns_per_s, age_ns));  // older than the history
+  rig.feed(gga(160, home_deg[0] + 600.0 / north_m_per_deg, home_deg[1]), 160 * ns_per_s);
+  CHECK_FALSE(rig.gps.position_at(155 * ns_per_s, age_ns));  // across an outage nothing is interpolated
+  CHECK(rig.gps.position_at(159 * ns_per_s, age_ns)->y() == Approx(600).epsilon(1e-3));
+}
+
+TEST_CASE("at any rate of the receiver a position three seconds back lies between the fixes of that time") {
+  const int rate_hz = GENERATE(1, 5, 10, 20, 50);
+  Rig rig;
+  const auto north_m = [](double t_s) { return 2 * t_s + 3 * std::sin(t_s); };
+  double now_s = 100;
+  for (int n = 0; n < 10 * rate_hz; ++n) {
+    now_s = 100 + static_cast<double>(n) / rate_hz;
+    rig.feed(gga(now_s, home_deg[0] + north_m(now_s) / north_m_per_deg, home_deg[1]),
+             std::llround(now_s * 1e9));
+  }
+  CHECK(rig.gps.counters().fixes == 10U * static_cast<unsigned>(rate_hz));
+  CHECK(rig.gps.newest()->stamp_ns == std::llround(now_s * 1e9));
+  for (double back_s = 0; back_s < 3.0; back_s += 0.13) {
+    const auto position = rig.gps.position_at(std::llround((now_s - back_s) * 1e9), 2 * ns_per_s);
+    REQUIRE(position);
+    // Between fixes a second apart the curve's sagitta is 3 / 8 m.
+    const double margin_m = rate_hz == 1 ? 0.4 : 0.06;
+    CHECK(position->y() == Approx(north_m(now_s - back_s) - north_m(100)).margin(margin_m));
+  }
 }
 
 TEST_CASE("absurd fixes are not believed, each for its reason") {
@@ -206,11 +230,103 @@ TEST_CASE("midnight is no time running backwards; RMC serves where there is no G
   CHECK(alone.gps.counters().without_fix == 1);
 }
 
-TEST_CASE("an outage is told once, and its end") {
+TEST_CASE("GNS serves where there is no GGA, with the best system's quality") {
+  Rig rig;
+  rig.feed(line("GNGNS,000001.00,5223.0940,N,00942.7560,E,ANN,09,1.1,50.0,46.0,,"), 12 * ns_per_s);
+  REQUIRE(rig.gps.newest());
+  CHECK(rig.gps.newest()->position.latitude_deg == Approx(52.3849).epsilon(1e-9));
+  CHECK(rig.gps.newest()->position.height_m == Approx(96));
+  CHECK(rig.gps.newest()->satellites == 9);
+  CHECK(rig.gps.newest()->hdop == Approx(1.1));
+  CHECK(rig.gps.newest()->quality == 1);
+  const auto quality_of = [](const char* modes) {
+    const auto parsed = alces::nmea::parse(std::string("GNGNS,000002.00,5223.0940,N,00942.7560,E,") + modes +
+                                           ",09,1.1,50.0,46.0,,");
+    return parsed.sentence ? static_cast<int>(parsed.sentence->quality) : -1;
+  };
+  CHECK(quality_of("NN") == 0);
+  CHECK(quality_of("AD") == 2);
+  CHECK(quality_of("ARF") == 4);
+  CHECK(quality_of("NS") == 8);
+  CHECK(quality_of("EA") == 1);
+  CHECK(quality_of("AX") == -1);
+  CHECK(quality_of("") == -1);
+  rig.feed(line("GNGNS,000002.00,,,,,NN,00,99.9,,,,"), 13 * ns_per_s);
+  CHECK(rig.gps.counters().without_fix == 1);
+  // RMC beside GNS, and GNS beside GGA, are second-rate.
+  rig.feed(line("GNRMC,000003.00,A,5223.0940,N,00942.7560,E,0.02,31.66,280511,,,A"), 14 * ns_per_s);
+  CHECK(rig.gps.counters().sentences_ignored == 1);
+  rig.feed(gga(4, home_deg[0], home_deg[1]), 15 * ns_per_s);
+  rig.feed(line("GNGNS,000005.00,5223.0940,N,00942.7560,E,AN,09,1.1,50.0,46.0,,"), 16 * ns_per_s);
+  CHECK(rig.gps.counters().sentences_ignored == 2);
+  CHECK(rig.gps.counters().fixes == 2);
+}
+
+TEST_CASE("a receiver that never gives a usable fix is told, with what comes instead") {
+  struct Case {
+    const char* told;
+    std::string text;  ///< a second
+    double within_s;
+  };
+  alces::sim::Random random(3);
+  std::string noise;  // text at another rate: bytes of every value, no line
+  for (int i = 0; i < 200; ++i) noise += static_cast<char>(random.integer(0, 255));
+  std::string bare = gga(100, home_deg[0], home_deg[1]);
+  bare = bare.substr(0, bare.find('*')) + "\r\n";
+  std::string damaged = gga(100, home_deg[0], home_deg[1]);
+  damaged[12] = 'x';
+  const std::vector<Case> cases{
+      {"nothing comes from the receiver", "", 21},
+      {"what comes from the receiver is no NMEA: is the baud rate right?", noise, 21},
+      {"what comes from the receiver is no NMEA: is the baud rate right?", damaged, 21},
+      {"the receiver speaks UBX", "\xB5\x62\x01\x07\x5c" + std::string(94, '\x11'), 21},
+      {"the receiver's lines have no checksum", bare, 21},
+      {"no sentence has a position", line("GPGSV,1,1,01,10,63,137,17"), 21},
+      {"the receiver has no fix", gga(100, home_deg[0], home_deg[1], 0), 81},
+      {"the receiver's fixes are not believed", gga(100, home_deg[0], home_deg[1], 1, 3), 81},
+  };
+  for (const Case& each : cases) {
+    CAPTURE(each.told);
+    Rig rig;
+    double told_s = 0;
+    for (int ms = 0; ms < 300'000; ms += 20) {
+      const std::int64_t now_ns = (1000 + ms) * alces::ns_per_ms;
+      if (ms % 1000 == 0 && !each.text.empty()) rig.feed(each.text, now_ns);
+      rig.gps.on_tick(now_ns);
+      if (told_s == 0 && !rig.notices.empty()) told_s = ms * 1e-3;
+    }
+    REQUIRE(rig.notices.size() == 1);
+    CHECK(rig.notices[0].find(each.told) == 0);
+    CHECK(told_s <= each.within_s);
+  }
+}
+
+TEST_CASE("of a receiver that does its work nothing is told, and what comes after an outage is told anew") {
+  Rig rig;
+  const auto run = [&](int from_s, int to_s, bool has_fixes) {
+    for (int ms = from_s * 1000; ms < to_s * 1000; ms += 20) {
+      if (ms % 1000 == 0 && has_fixes)
+        rig.feed(gga(ms / 1000, home_deg[0], home_deg[1]), ms * alces::ns_per_ms);
+      rig.gps.on_tick(ms * alces::ns_per_ms);
+    }
+  };
+  run(100, 400, true);
+  CHECK(rig.notices == std::vector<std::string>{"first fix"});
+  run(400, 450, false);
+  run(450, 500, true);
+  run(500, 550, false);
+  const std::string silent = "nothing comes from the receiver: is it powered and connected to this line?";
+  CHECK(rig.notices == std::vector<std::string>{"first fix", "no usable fix comes", silent,
+                                                "fixes come again", "no usable fix comes", silent});
+}
+
+TEST_CASE("an outage is told once, what comes instead, and its end") {
   Rig rig;
   rig.feed(gga(100, home_deg[0], home_deg[1]), 100 * ns_per_s);
   for (int n = 100; n < 200; ++n) rig.gps.on_tick(n * ns_per_s);
-  CHECK(rig.notices == std::vector<std::string>{"first fix", "no usable fix comes"});
+  CHECK(rig.notices == std::vector<std::string>{
+                           "first fix", "no usable fix comes",
+                           "nothing comes from the receiver: is it powered and connected to this line?"});
   rig.feed(gga(200, home_deg[0], home_deg[1]), 200 * ns_per_s);
   CHECK(rig.notices.back() == "fixes come again");
   CHECK(alces::problem(GpsConfig{}) == nullptr);

@@ -127,13 +127,32 @@ TEST_CASE("random bytes never make a telegram longer than is legal, and the pars
                       : random.chance(0.2) ? std::uint8_t{0x80}
                                            : static_cast<std::uint8_t>(random.integer(0, 255)));
     }
+    parser.allow_work();
     for (const auto& found : parse(parser, bytes)) CHECK(found.data.size() <= maximum_length);
     for (int i = 0; i < 4; ++i)
       append(bytes, telegram(0xb0, Bytes(400, static_cast<std::uint8_t>(round | 0x20))));
     bytes.erase(bytes.begin(), bytes.end() - 4 * 408);
+    parser.allow_work();
     const auto found = parse(parser, bytes);
     CHECK(std::any_of(found.begin(), found.end(), [](const Found& f) { return f.data.size() == 400; }));
   }
+}
+
+TEST_CASE(
+    "false headers cost a bounded amount of work until time passes, and good telegrams pass after that") {
+  TelegramParser parser(Direction::from_laser);
+  Bytes flood;
+  for (int i = 0; i < 100'000; ++i) append(flood, {0x02, 0x80, 0x2C, 0x03});  // 812 bytes are promised
+  CHECK(parse(parser, flood).empty());
+  CHECK(parser.counters().overloads == 1);
+  CHECK(parser.counters().crc_errors <= TelegramParser::work_limit_bytes / maximum_length);
+  CHECK(parser.counters().bytes_skipped == flood.size());
+  CHECK(parser.position() == flood.size());
+  CHECK(parse(parser, telegram(0xa0, {0})).empty());
+  parser.allow_work();
+  const auto found = parse(parser, telegram(0xa0, {0}));
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].end_position == parser.position());
 }
 
 TEST_CASE("a recorded telegram of an LMS 200 decodes to 361 ranges in millimetres") {

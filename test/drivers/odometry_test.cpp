@@ -332,6 +332,51 @@ TEST_CASE("an alive counter that stands still freezes the odometry at once") {
   CHECK(odometry->pose_at(stamp(2900)).status == MotionStatus::ok);
 }
 
+TEST_CASE("the same speeds and the same gyro are a frozen sender, though its alive counter goes on") {
+  NoticeLog log;
+  OdometryConfig config = wheels_config();
+  config.yaw_rate_rad_s = vehicle_config().yaw_rate_rad_s;
+  config.alive_counter = {wheels_id, false, signal(56, 8, ByteOrder::intel, 1)};
+  const bool does_gyro_rest = GENERATE(true, false);
+  auto odometry = std::make_unique<Odometry>(config, log);
+  for (int ms = 0; ms < 8000; ms += 20) {
+    odometry->on_frame(wheels_frame(1.0, 1.1, static_cast<std::uint8_t>(ms / 20)), stamp(ms));
+    odometry->on_frame(rates_frame({0, 0, does_gyro_rest ? 0.2 : 0.2 + 1e-4 * (ms / 20 % 3)}), stamp(ms));
+  }
+  CHECK(odometry->counters().freezes == (does_gyro_rest ? 1 : 0));
+  CHECK(log.has("the same data come again and again") == does_gyro_rest);
+  CHECK((odometry->pose_at(stamp(7900)).status == MotionStatus::stale) == does_gyro_rest);
+}
+
+TEST_CASE("wheels that say that they stand while the gyro turns are not believed until they move again") {
+  NoticeLog log;
+  OdometryConfig config = wheels_config();
+  config.yaw_rate_rad_s = vehicle_config().yaw_rate_rad_s;
+  config.learn_rate_bias = true;
+  auto odometry = std::make_unique<Odometry>(config, log);
+  const auto drive = [&](int from_ms, int to_ms, double speed_m_s, double rate_rad_s) {
+    for (int ms = from_ms; ms < to_ms; ms += 20) {
+      odometry->on_frame(wheels_frame(speed_m_s, speed_m_s), stamp(ms));
+      odometry->on_frame(rates_frame({0, 0, rate_rad_s + 1e-4 * (ms / 20 % 3)}), stamp(ms));
+      odometry->on_tick(stamp(ms));
+    }
+  };
+  drive(0, 3000, 0, 0.01);  // it stands, and the gyro has a bias
+  CHECK(odometry->pose_at(stamp(2900)).status == MotionStatus::ok);
+  drive(3000, 4000, 1, 0.01);
+  drive(4000, 4800, 0, 0.3);  // a short contradiction
+  CHECK(odometry->counters().freezes == 0);
+  drive(4800, 6000, 1, 0.01);
+  drive(6000, 8000, 0, 0.3);  // a bend that the wheels know nothing of
+  CHECK(odometry->counters().freezes == 1);
+  CHECK(log.has("the wheels say that they stand though the gyro turns"));
+  drive(8000, 20000, 0, 0.02);  // and straight on
+  CHECK(odometry->pose_at(stamp(19900)).status == MotionStatus::stale);
+  CHECK(odometry->rate_bias_rad_s().z() == Approx(0.0101).margin(2e-4));  // nothing was learned from it
+  drive(20000, 21000, 1, 0.01);
+  CHECK(odometry->pose_at(stamp(20900)).status == MotionStatus::ok);
+}
+
 TEST_CASE("a gyro's bias is learned while the vehicle stands") {
   const Eigen::Vector3d bias(0.004, -0.003, 0.01);
   const auto heading_after = [&](bool learn) {

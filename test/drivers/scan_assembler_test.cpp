@@ -375,13 +375,20 @@ TEST_CASE("when there is no room the oldest profile is given up") {
   CHECK(world.log.has("no room"));
 }
 
-TEST_CASE("points beyond the capacity are counted") {
+TEST_CASE("points beyond the capacity are counted, and told at the first") {
   World world;
   world.config.capacity.points_per_scan = 1000;
   world.make();
   world.run(0, 4);
   for (const KeptScan& kept : world.keeper.scans) CHECK(kept.points.size() <= 1000);
   CHECK(world.assembler->counters().rays_without_room > 10000);
+  const auto told = std::ranges::find_if(world.log.notices, [](const Notice& notice) {
+    return std::string(notice.text).find("more points than points_per_scan") != std::string::npos;
+  });
+  REQUIRE(told != world.log.notices.end());
+  CHECK(told->value == 1000);
+  CHECK(told->severity == Severity::error);
+  CHECK(told->stamp_ns < begin_ns + ns_per_s);
   CHECK(rays_accounted_for(world.assembler->counters()) == world.assembler->counters().rays);
 }
 
@@ -489,22 +496,31 @@ TEST_CASE("without odometry a scan is made as if the vehicle stood") {
 }
 
 TEST_CASE("a scan has the GPS position at its reference time") {
+  struct FunctionGps final : GpsPosition {
+    [[nodiscard]] std::optional<Eigen::Vector3d> position_at(std::int64_t stamp_ns,
+                                                             std::int64_t maximum_age_ns) const override {
+      asked_age_ns = maximum_age_ns;
+      if (since_s(stamp_ns) > 5) return std::nullopt;
+      return Eigen::Vector3d(10 * since_s(stamp_ns), 2, 0);
+    }
+    mutable std::int64_t asked_age_ns = 0;
+  };
+  const FunctionGps gps;
   World world;
+  world.config.gps_maximum_age_ns = 3 * ns_per_s;
   world.make();
-  for (int second = 0; second < 8; ++second) {
-    if (second < 5) world.assembler->set_gps_position({10.0 * second, 2.0, 0}, begin_ns + second * ns_per_s);
-    world.run(second, second + 1);
-  }
-  world.assembler->set_gps_position({std::nan(""), 0, 0}, begin_ns + 8 * ns_per_s);
+  world.run(0, 3);
+  CHECK_FALSE(world.keeper.scans.back().scan.has_gps);  // nobody is asked
+  world.keeper.scans.clear();
+  world.assembler->ask_for_positions(&gps);
+  world.run(3, 8);
   world.assembler->finish();
+  CHECK(gps.asked_age_ns == 3 * ns_per_s);
   for (const KeptScan& kept : world.keeper.scans) {
     const double t_s = since_s(kept.scan.reference_stamp_ns);
     CAPTURE(t_s);
-    if (t_s < 3.9) {
-      REQUIRE(kept.scan.has_gps);
-      CHECK(kept.scan.gps_position_m.x() == Approx(10 * t_s).margin(1e-6));
-    }
-    if (t_s > 6.1) CHECK_FALSE(kept.scan.has_gps);
+    REQUIRE(kept.scan.has_gps == (t_s <= 5));
+    if (kept.scan.has_gps) CHECK((kept.scan.gps_position_m - Eigen::Vector3d(10 * t_s, 2, 0)).norm() < 1e-9);
   }
 }
 
@@ -536,7 +552,7 @@ TEST_CASE("profiles that cannot be are refused") {
   CHECK(world.assembler->counters().profiles_of_unknown_laser == 1);
 }
 
-TEST_CASE("rays for which no room was planned are counted") {
+TEST_CASE("rays for which no room was planned are counted, and told at the first") {
   World world;
   world.config.capacity.rays_per_profile = 100;
   world.make();
@@ -544,6 +560,10 @@ TEST_CASE("rays for which no room was planned are counted") {
   world.assembler->finish();
   const ScanAssemblerCounters& counters = world.assembler->counters();
   CHECK(counters.rays_without_room == counters.profiles_used * 81);
+  REQUIRE(!world.log.notices.empty());
+  CHECK(std::string(world.log.notices[0].text).find("more rays than rays_per_profile") != std::string::npos);
+  CHECK(world.log.notices[0].value == 181);
+  CHECK(world.log.notices[0].stamp_ns < begin_ns + 20 * ns_per_ms);
   CHECK(rays_accounted_for(counters) == counters.rays);
   for (const KeptScan& kept : world.keeper.scans) CHECK(world.worst_m(kept) < 1e-3);
 }

@@ -1,4 +1,5 @@
 // Odometry, GPS, the clock, the disk.
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "fault_table.h"
@@ -74,6 +75,44 @@ TEST_CASE("fault: clock set forward by 30 s") {
   bench.is_told("motor", "the drive's position no longer comes");
   bench.is_told("laser a", "no measured values come; bringing the laser up again");
   bench.is_whole_again(8);
+  bench.all_is_well();
+}
+
+TEST_CASE("fault: an event at a time that cannot be") {
+  FaultBench bench("an event at a time that cannot be");
+  bench.endure(0.1);
+  const std::array<std::int64_t, 4> stamps_ns{INT64_MIN, -1, INT64_MAX / 4 + 1, INT64_MAX};
+  constexpr int kinds = static_cast<int>(EventKind::stop) + 1;
+  std::uint64_t absurd = 0;
+  for (int kind = 0; kind < kinds; ++kind) {
+    for (const std::int64_t stamp_ns : stamps_ns) {
+      Event event;
+      event.kind = static_cast<EventKind>(kind);
+      event.stamp_ns = stamp_ns;
+      event.is_up = false;
+      event.frame.id = 0x181;  // the drive's position
+      event.frame.size = 8;
+      bench.harness.on_event(event);
+      ++absurd;
+    }
+  }
+  bench.is_told("scanner", "an event has a time that cannot be, and is left out; so far");
+  bench.is_counted(scanner, "stamps_absurd", absurd);
+  bench.endure(6);
+  bench.goes_on(FaultBench::all);
+  bench.scans_go_on();
+  bench.all_is_well();
+}
+
+TEST_CASE("fault: wheels that say that they stand") {
+  FaultBench bench("wheels that say that they stand");
+  bench.suffer(Fault::odometry_frozen, 25, 2);
+  bench.is_told("odometry", "the wheels say that they stand though the gyro turns: are their sensors dead?");
+  bench.is_counted(odometry, "freezes");
+  bench.goes_on(others | FaultBench::gps);
+  bench.scans_go_on();
+  bench.is_whole_again(4);
+  CHECK(bench.harness.scans.back().has_odometry);
   bench.all_is_well();
 }
 

@@ -10,6 +10,7 @@
 #include "alces_offline/error.h"
 #include "alces_offline/trajectory.h"
 #include "run_alces.h"
+#include "support/test_data.h"
 
 namespace alces::offline {
 namespace {
@@ -76,6 +77,31 @@ TEST_CASE("run.json tells what the devices of a drive went through") {
   bool was_at_speed = false;
   for (const nlohmann::json& notice : drive["notices"]) was_at_speed |= notice["text"] == "at speed";
   CHECK(was_at_speed);
+}
+
+TEST_CASE("a laser that sends more rays than there is room for is no silent matter") {
+  if (!test::has_test_data("../cases/lms-rays")) return;
+  const TemporaryFolder folder;
+  const std::string traces = test::test_data("../cases/lms-rays").string();
+  const ProgramOutcome outcome = run_alces(folder, "replay '" + traces + "' --out map");
+  CHECK_THAT(outcome.err,
+             Contains("profiles have more rays than rays_per_profile: the rest is left out; rays of a "
+                      "profile 541"));
+  const nlohmann::json drive = report_of(folder, "map")["drive"];
+  CHECK(drive["counters"]["assembler"]["rays_without_room"].get<int>() > 10000);
+}
+
+TEST_CASE("with room for all of its rays none is left out") {
+  if (!test::has_test_data("../cases/lms-rays")) return;
+  const TemporaryFolder folder;
+  const std::string traces = test::test_data("../cases/lms-rays").string();
+  std::string config = content_of(std::filesystem::path(traces) / "vehicle.toml");
+  const std::string key = "rays_per_profile = 181";
+  REQUIRE(config.find(key) != std::string::npos);
+  config.replace(config.find(key), key.size(), "rays_per_profile = 541");
+  std::ofstream(folder / "wide.toml") << config;
+  REQUIRE(run_alces(folder, "replay '" + traces + "' --config wide.toml --out map").status == 0);
+  CHECK(report_of(folder, "map")["drive"]["counters"]["assembler"]["rays_without_room"] == 0);
 }
 
 TEST_CASE("as traces of other programs the drive gives the same poses") {

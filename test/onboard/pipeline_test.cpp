@@ -273,6 +273,45 @@ TEST_CASE("a recording ends at its limit with a whole file, is told, and mapping
   CHECK(are_same_bits(poses_of(pipeline), drive.poses));
 }
 
+TEST_CASE("a scan that fills more cells than there are is thinned out, and told at the first") {
+  const RecordedDrive& drive = recorded_drive();
+  NoWires wires;
+  NoticeList notices;
+  PipelineConfig config = config_of(small_vehicle());
+  config.records = false;
+  config.mapping.mapper.voxel.cell_capacity = 1024;
+  Pipeline pipeline(config, {.ports = {&wires, {&wires, &wires}}, .listener = &notices});
+  pipeline.start_scanner();
+  Feeder feeder(pipeline);
+  feed(drive.recorded.events, feeder);
+  REQUIRE(end_drive(pipeline));
+  CHECK(pipeline.counters().scans_thinned > 3);
+  CHECK(notices.has(
+      "mapper: a scan fills more cells than voxel.cell_capacity and is thinned out; scans so far"));
+}
+
+TEST_CASE(
+    "a source that raises thousands of notices is held back in recording and journal, and others are heard") {
+  NoWires wires;
+  MemorySink sink;
+  NoticeList notices;
+  Pipeline pipeline(config_of(small_vehicle()),
+                    {.ports = {&wires, {&wires, &wires}}, .recording = &sink, .listener = &notices});
+  for (int i = 0; i < 7000; ++i) {
+    pipeline.raise(
+        {ns_per_s + i * 142'857, Severity::warning, "motor", i % 2 == 0 ? "one thing" : "another", i, true});
+  }
+  pipeline.raise({2 * ns_per_s, Severity::warning, "gps", "no usable fix comes", 0, false});
+  pipeline.raise({5 * ns_per_s, Severity::warning, "motor", "one thing more", 0, false});
+  CHECK(pipeline.counters().notices_held_back > 6900);
+  CHECK(notices.lines.size() < 60);
+  CHECK(notices.has("gps: no usable fix comes"));
+  CHECK(notices.has("motor: raises so many notices that most are held back; since the last"));
+  CHECK(notices.has("motor: one thing more"));
+  REQUIRE(end_drive(pipeline));
+  CHECK(read_back(sink.bytes).diagnostics.size() < 100);
+}
+
 TEST_CASE("notices are recorded as diagnostics, and counters at the end") {
   const RecordedDrive& drive = recorded_drive();
   CHECK(std::count(drive.recorded.diagnostics.begin(), drive.recorded.diagnostics.end(),

@@ -219,6 +219,7 @@ TEST_CASE("a device that does not listen blocks nothing, and hears all of it lat
     bench.loop.run_once();
   }
   CHECK(port.counters().bytes_refused > 0);
+  CHECK(bench.notices.count("takes no bytes any more") == 1);
   std::string heard;
   REQUIRE(bench.run_until([&] { return (heard += bench.device_hears()).size() >= taken.size(); }));
   CHECK(heard == taken);

@@ -128,7 +128,38 @@ TEST_CASE("a connection that ends, in order or by a reset, is reported and made 
   CHECK(connection.counters().connects == 2);
 }
 
-TEST_CASE("a device that accepts and hangs up is not hammered") {
+TEST_CASE("a connection that is dropped ends after the event, is told, and comes again after five seconds") {
+  LoopBench bench;
+  Device device;
+  TcpConnection connection(bench.loop, {.host = "127.0.0.1", .port = device.port});
+  bench.sink.then = [&](const Event& event) {
+    if (event.kind == EventKind::bytes) {
+      connection.drop();
+      CHECK(connection.is_up());  // not while the event is dealt with
+    }
+  };
+  REQUIRE(connection.open());
+  REQUIRE(bench.run_until([&] { return connection.is_up() && device.accept(); }));
+  device.says("garbage");
+  REQUIRE(bench.run_until([&] { return !connection.is_up(); }));
+  const std::int64_t dropped_ns = now_ns();
+  CHECK(connection.counters().drops == 1);
+  CHECK(connection.counters().losses == 1);
+  CHECK(bench.notices.count("the connection ended") == 1);
+  CHECK(std::string(connection.error()).find("nothing but garbage came") != std::string::npos);
+  REQUIRE(bench.sink.of(EventKind::byte_link).size() == 2);
+  CHECK_FALSE(bench.sink.of(EventKind::byte_link).back().event.is_up);
+  // The second connection is made when the loop says that so much time has passed, not before.
+  connection.on_tick(dropped_ns + 3 * ns_per_s);
+  bench.run_for(50 * ns_per_ms);
+  CHECK(connection.counters().connects == 1);
+  connection.on_tick(dropped_ns + 6 * ns_per_s);
+  REQUIRE(bench.run_until([&] { return connection.is_up() && device.accept(); }));
+  CHECK(connection.counters().connects == 2);
+}
+
+TEST_CASE("a device that accepts and hangs up is not hammered, whether it speaks before or not") {
+  const bool speaks = GENERATE(false, true);
   LoopBench bench;
   Device device;
   TcpConnection connection(bench.loop, {.host = "127.0.0.1", .port = device.port});
@@ -136,7 +167,7 @@ TEST_CASE("a device that accepts and hangs up is not hammered") {
   const std::int64_t end_ns = now_ns() + ns_per_s;
   while (now_ns() < end_ns) {
     bench.loop.run_once();
-    device.accept();
+    if (device.accept() && speaks) device.says("hello");
     device.connection.reset();
   }
   CHECK(connection.counters().connects <= 5);
@@ -162,6 +193,7 @@ TEST_CASE("a device that does not read blocks nothing, and gets all that was tak
     connection.flush(now_ns());  // as at the end of each round
   }
   CHECK(connection.counters().bytes_refused > 0);
+  CHECK(bench.notices.count("takes no bytes any more") == 1);
   std::string heard;
   REQUIRE(bench.run_until([&] {
     for (std::string more = device.hears(); !more.empty(); more = device.hears()) heard += more;

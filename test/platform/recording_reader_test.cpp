@@ -236,6 +236,44 @@ TEST_CASE("messages outside of chunks are read") {
   CHECK(read.events[1].event.stamp_ns == 78);
 }
 
+TEST_CASE("a classical CAN frame that says it has more than eight bytes is malformed") {
+  const auto channels = recording::channels(1);
+  const auto& can = channels[static_cast<std::size_t>(recording::Topic::can_rx)];
+  HandMade file;
+  file.record(3, [&](ByteWriter& out) {
+    out.u16(1);
+    out.string(recording::schemas()[can.schema].name);
+    out.string("ros2msg");
+    out.string("");
+  });
+  file.record(4, [&](ByteWriter& out) {
+    out.u16(5);
+    out.u16(1);
+    out.string(can.topic);
+    out.string("cdr");
+    out.u32(0);
+  });
+  for (const std::uint8_t size : {std::uint8_t{8}, std::uint8_t{9}, std::uint8_t{64}, std::uint8_t{255}}) {
+    Bytes room(200);
+    CdrWriter cdr(room);
+    cdr.header(77, "");
+    cdr.number(std::uint32_t{0x181});
+    cdr.boolean(false);
+    cdr.boolean(false);
+    cdr.boolean(false);
+    cdr.number(size);
+    const std::array<std::uint8_t, 8> data{1, 2, 3, 4, 5, 6, 7, 8};
+    cdr.byte_array(data);
+    room.resize(cdr.size());
+    file.message(5, 77, room);
+  }
+  const ReadBack read = read_back(file.bytes());
+  REQUIRE(read.events.size() == 1);
+  CHECK(read.events[0].event.frame.size == 8);
+  CHECK(read.events[0].event.frame.data[7] == 8);
+  CHECK(read.counters.messages_malformed == 3);
+}
+
 TEST_CASE("a message too short for its type, or in another encapsulation, is counted as malformed") {
   HandMade file;
   file.tick_channel();

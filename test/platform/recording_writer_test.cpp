@@ -24,6 +24,18 @@ std::uint32_t slow_crc(std::span<const std::uint8_t> bytes) {
   return ~state;
 }
 
+namespace {
+
+/// The first notice with this text, if there is one, has this value.
+bool was_told(const RecordingBench& bench, const std::string& text, std::int64_t value) {
+  for (const Notice& notice : bench.heard.notices) {
+    if (std::string(notice.text).find(text) == 0) return notice.value == value;
+  }
+  return false;
+}
+
+}  // namespace
+
 TEST_CASE("the CRC is the one of the catalogue, at any length and in any pieces") {
   const std::string check = "123456789";
   const std::span<const std::uint8_t> digits(reinterpret_cast<const std::uint8_t*>(check.data()),
@@ -276,7 +288,7 @@ TEST_CASE("a stamp far ahead of the others does not stop the clock of the record
   CHECK(read.events[61].event.stamp_ns == tick.stamp_ns);
 }
 
-TEST_CASE("what cannot be recorded is counted, never dropped in silence") {
+TEST_CASE("what cannot be recorded is counted and told, never dropped in silence") {
   RecordingBench bench;
   Event event;
   event.kind = EventKind::can_frame;
@@ -292,6 +304,9 @@ TEST_CASE("what cannot be recorded is counted, never dropped in silence") {
   const std::vector<Point> points(1000);
   CHECK_FALSE(bench.writer->write_cloud({1, points}));
   CHECK(bench.writer->counters().messages_too_large == 1);
+  CHECK(was_told(bench, "messages are larger than a chunk and are left out; so far", 1));
+  CHECK_FALSE(bench.writer->write_cloud({1, points}));
+  CHECK(bench.heard.notices.size() == 1);  // a second one at the same time is a flood
 
   event = {};
   event.stamp_ns = -5;
@@ -303,6 +318,7 @@ TEST_CASE("what cannot be recorded is counted, never dropped in silence") {
   event.frame.size = 200;
   bench.writer->on_event(event);
   CHECK(bench.writer->counters().frames_too_long == 1);
+  CHECK(was_told(bench, "CAN frames are longer than 64 bytes and are cut; so far", 1));
   REQUIRE(bench.writer->finish());
   const ReadBack read = read_back(bench.sink.bytes);
   CHECK(read.is_whole);
@@ -338,6 +354,7 @@ TEST_CASE("a path longer than a chunk is thinned and keeps its last pose") {
   }
   CHECK(bench.writer->counters().messages_too_large == 0);
   CHECK(bench.writer->counters().paths_thinned == 3);
+  CHECK(was_told(bench, "the path is longer than a chunk and is thinned out; poses of it", 54));
   REQUIRE(bench.writer->finish());
   MemorySource source(bench.sink.bytes);
   RecordingReader reader(source);
@@ -447,6 +464,7 @@ TEST_CASE("more chunks than the summary can index: none is indexed, and the file
   sample::record(*bench.writer, 500);
   REQUIRE(bench.writer->finish());
   CHECK(bench.writer->file_counters().chunks_not_indexed > 0);
+  CHECK(was_told(bench, "has more chunks than its index has room for", 3));
   const ReadBack read = read_back(bench.sink.bytes);
   CHECK(read.is_whole);
   CHECK(read.events.size() == 500);

@@ -1,4 +1,5 @@
 #include "alces_platform/sim/simulated_rig.h"
+#include "alces_platform/sim/crowd.h"
 #include "alces_platform/sim/put_signal.h"
 
 #include <algorithm>
@@ -401,12 +402,108 @@ TEST_CASE("ranges are where the geometry has them") {
   }
 }
 
+TEST_CASE(
+    "with sixteen rings sixteen rays of a sweep measure, two degrees apart, what they measured before") {
+  RigSettings settings = short_drive();
+  settings.range_errors = {.noise_m = 0, .quantum_m = 0, .mixed_share = 0};
+  Run all(settings, 12);
+  settings.rings.count = 16;
+  Run rings(settings, 12);
+  const double interval_ns = 1e9 / 75 / 360;
+  std::vector<float> all_m(181), rings_m(181);
+  all.rig.sweeps(0).sweep(all.at(11.95), interval_ns, all_m);
+  rings.rig.sweeps(0).sweep(rings.at(11.95), interval_ns, rings_m);
+  std::size_t seen = 0;
+  for (std::size_t ray = 0; ray < 181; ++ray) {
+    CAPTURE(ray);
+    const bool is_ring = ray >= 75 && ray <= 105 && ray % 2 == 1;  // -15, -13, ... 15 deg
+    if (!is_ring) CHECK(rings_m[ray] == 0);
+    // Glass is a matter of luck, which other rays have drawn from.
+    if (is_ring && all_m[ray] > 0 && rings_m[ray] > 0) {
+      CHECK(rings_m[ray] == Approx(all_m[ray]).margin(4.1));
+      seen += std::abs(rings_m[ray] - all_m[ray]) < 1e-3F ? 1U : 0U;
+    }
+  }
+  CHECK(seen > 8);
+}
+
+TEST_CASE("in snow a tenth of the rays measure a flake before what they would have measured") {
+  RigSettings settings = short_drive();
+  settings.range_errors = {
+      .noise_m = 0, .quantum_m = 0, .window_share = 0, .mixed_share = 0, .dropout_share = 0};
+  Run clear(settings, 8);
+  settings.range_errors.snow_share = 0.1;
+  Run snow(settings, 8);
+  const double interval_ns = 1e9 / 75 / 360;
+  std::size_t rays = 0, flakes = 0, near_behind = 0;
+  for (int sweep = 0; sweep < 40; ++sweep) {
+    std::vector<float> clear_m(181), snow_m(181);
+    clear.rig.sweeps(0).sweep(clear.at(7 + 0.02 * sweep), interval_ns, clear_m);
+    snow.rig.sweeps(0).sweep(snow.at(7 + 0.02 * sweep), interval_ns, snow_m);
+    for (std::size_t ray = 90; ray < 181; ++ray) {  // those that look up: over the ground, into the sky
+      ++rays;
+      const bool is_flake =
+          snow_m[ray] >= 1 && snow_m[ray] <= 6 && (clear_m[ray] == 0 || clear_m[ray] > snow_m[ray] + 0.01F);
+      flakes += is_flake ? 1U : 0U;
+      if (snow_m[ray] > 6 && snow_m[ray] < clear_m[ray] - 5) ++near_behind;
+    }
+  }
+  CHECK(static_cast<double>(flakes) / static_cast<double>(rays) == Approx(0.1).margin(0.03));
+  CHECK(near_behind == 0);
+}
+
+TEST_CASE("a crowd keeps around the vehicle, walks, and hides what is behind it") {
+  RigSettings settings = short_drive();
+  settings.crowd.people = 30;
+  const auto place = town();
+  const VehicleMotion motion(settings.motion, sim::make_tour(settings.motion), *place);
+  const Crowd crowd(settings.crowd, 1, motion, *place);
+  double slowest_m_per_s = 10, fastest_m_per_s = 0;
+  for (std::int64_t stamp_ns = 110'000 * ms; stamp_ns < 130'000 * ms; stamp_ns += 500 * ms) {
+    const std::vector<Pole> here = crowd.at(stamp_ns);
+    const std::vector<Pole> next = crowd.at(stamp_ns + 500 * ms);
+    REQUIRE(here.size() == 30);
+    const Eigen::Vector2d vehicle_m = motion.town_from_body(stamp_ns).translation_m.head<2>();
+    double mean_m_per_s = 0;
+    for (std::size_t i = 0; i < here.size(); ++i) {
+      const double range_m = (here[i].foot.head<2>().cast<double>() - vehicle_m).norm();
+      CHECK(range_m >= 1.49);
+      CHECK(range_m <= 8.01);
+      mean_m_per_s += static_cast<double>((next[i].foot - here[i].foot).norm()) / 0.5 / 30;
+    }
+    slowest_m_per_s = std::min(slowest_m_per_s, mean_m_per_s);
+    fastest_m_per_s = std::max(fastest_m_per_s, mean_m_per_s);
+  }
+  CHECK(slowest_m_per_s > 0.5);
+  CHECK(fastest_m_per_s < 3);
+
+  // A ray at somebody's middle ends on him, or on who stands before him.
+  settings.range_errors = {.noise_m = 0, .quantum_m = 0, .mixed_share = 0};
+  const SweepCaster caster(place->scene(), &crowd, settings.range_errors, settings.geometry, {});
+  const std::int64_t stamp_ns = 120'000 * ms;
+  const Pose town_from_body = motion.town_from_body(stamp_ns);
+  for (const Pole& person : crowd.at(stamp_ns)) {
+    const Eigen::Vector3d at_m =
+        town_from_body.inverse() * (person.foot.cast<double>() + Eigen::Vector3d(0, 0, 1));
+    SweepRequest request;
+    request.body_from_laser = settings.geometry.body_from_laser(0, std::atan2(at_m.y(), at_m.x()));
+    request.town_from_laser_begin = request.town_from_laser_end = town_from_body * request.body_from_laser;
+    request.field_of_view_rad = std::numbers::pi;
+    request.middle_stamp_ns = stamp_ns;
+    std::vector<float> ranges_m(181);
+    request.ranges_m = ranges_m;
+    caster.cast(request);
+    CHECK(ranges_m[90] > 0.9F);
+    CHECK(static_cast<double>(ranges_m[90]) < at_m.head<2>().norm());
+  }
+}
+
 TEST_CASE("a batch of sweeps is the same in parallel as one after the other") {
   const RigSettings settings = short_drive();
   const auto place = town();
   const Tour tour = sim::make_tour(settings.motion);
   const VehicleMotion motion(settings.motion, tour, *place);
-  const SweepCaster caster(place->scene(), settings.range_errors, settings.geometry);
+  const SweepCaster caster(place->scene(), nullptr, settings.range_errors, settings.geometry, {});
   std::vector<std::vector<float>> one(60, std::vector<float>(181)), other = one;
   std::vector<SweepRequest> requests;
   for (std::size_t i = 0; i < one.size(); ++i) {
@@ -796,6 +893,25 @@ TEST_CASE("faults of odometry and GPS are what they are called") {
       CHECK(intel(frames[i], 0) == intel(frames[0], 0));
       CHECK((frames[i].data[4] != frames[i - 1].data[4]) == counts);
     }
+  }
+  SECTION("the wheels say that they stand, the gyro goes on or not") {
+    const bool has_gyro = GENERATE(true, false);
+    run.inject(Fault::odometry_frozen, 14, 20, has_gyro ? 2 : 3);
+    run.go(14.02);
+    run.recorder.all.clear();
+    run.go(34);
+    CHECK(run.rig.motion().way_m(run.at(34)) - run.rig.motion().way_m(run.at(14)) > 10);  // it drives on
+    const auto wheels = run.recorder.frames(0x110);
+    REQUIRE(wheels.size() > 900);
+    for (std::size_t i = 1; i < wheels.size(); ++i) {
+      CHECK(intel(wheels[i], 0) == 0);
+      CHECK(intel(wheels[i], 2) == 0);
+      CHECK(wheels[i].data[4] != wheels[i - 1].data[4]);
+    }
+    int fastest = 0;
+    for (const CanFrame& frame : run.recorder.frames(0x111))
+      fastest = std::max(fastest, std::abs(motorola(frame, 0)));
+    CHECK((fastest > 1000) == has_gyro);  // 0.1 rad/s: a bend
   }
   SECTION("silent") {
     run.inject(Fault::odometry_silent, 1, 1);

@@ -153,6 +153,9 @@ TEST_CASE("a vehicle that differs in every part survives being written and read"
   vehicle.archive = "/var/lib/alces/archive";
   vehicle.recording = "drive-%t.mcap";
   vehicle.recording_limit_bytes = std::uint64_t{3} << 30;
+  CHECK(vehicle.recording_reserve_bytes == std::uint64_t{1}
+                                               << 30);  // a file that does not name it leaves it free
+  vehicle.recording_reserve_bytes = 123'456;
   vehicle.fifo_priority = 80;
   vehicle.processor = 3;
   vehicle.locks_memory = true;
@@ -177,6 +180,7 @@ TEST_CASE("a vehicle that differs in every part survives being written and read"
   CHECK(read.laser_lines[1].is_tcp);
   CHECK(read.laser_lines[1].port == 2111);
   CHECK(read.recording_limit_bytes == std::uint64_t{3} << 30);
+  CHECK(read.recording_reserve_bytes == 123'456);
   CHECK(angle_between_rad(read.scanner.assembler.lasers[0].head_from_laser.rotation,
                           mounting.head_from_laser.rotation) < 1e-9);
 }

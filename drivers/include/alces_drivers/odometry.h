@@ -13,7 +13,10 @@
 // Refused and counted: frames too short, values outside a signal's limits, speeds and rates beyond what the
 // vehicle can do, changes faster than it can (until `patience` of them agree), duplicates and frames that
 // came late. When frames stay away, or come but are frozen, the answer is stale until they are good again;
-// the pose goes on from where it was, so it never jumps.
+// the pose goes on from where it was, so it never jumps. Frozen is a sender whose alive counter stands still;
+// one that sends the same data though the vehicle moves (with an alive counter: only where a gyro is among
+// them, whose noise never rests); and wheels that say that they stand while the gyro turns, until they move
+// again.
 //
 // Memory: about 130 KiB in the object. on_frame: O(1); pose_at: O(log capacity).
 #pragma once
@@ -146,6 +149,8 @@ class Odometry final : public Motion {
     double sum_at_node = 0;  ///< at the last node's time
     std::uint32_t refused_in_a_row = 0;
     double refused_value = 0;
+    double received = 0;                    ///< as it came last, believed or not
+    std::int64_t changed_ns = no_stamp_ns;  ///< when that last changed
   };
 
   /// What came last with an identifier: to know duplicates and frozen senders.
@@ -170,7 +175,10 @@ class Odometry final : public Motion {
   void make_node_if_complete();
   [[nodiscard]] double increment(std::size_t channel, std::int64_t stamp_ns);
   void learn_bias(double way_m, const Eigen::Vector3d& rotation_rad, double duration_s);
+  void note_values(const CanFrame& frame, std::int64_t stamp_ns);
   void watch_frozen(std::int64_t stamp_ns);
+  [[nodiscard]] bool do_values_rest(std::int64_t stamp_ns) const;
+  [[nodiscard]] bool do_wheels_contradict_gyro(std::int64_t stamp_ns);
   void freeze(std::int64_t stamp_ns, const char* text);
   [[nodiscard]] bool is_rate(std::size_t channel) const { return channel >= roll; }
 
@@ -186,6 +194,9 @@ class Odometry final : public Motion {
   bool is_alive_ = false;
   bool is_frozen_ = false;
   bool is_break_due_ = true;
+
+  std::int64_t contradiction_ns_ = no_stamp_ns;  ///< since when the wheels stand and the gyro turns
+  bool are_wheels_dead_ = false;
 
   bool has_alive_counter_ = false;
   double alive_value_ = 0;

@@ -36,6 +36,7 @@
 #include <span>
 
 #include "alces/arena.h"
+#include "alces_drivers/gps/gps_position.h"
 #include "alces_drivers/head_angle.h"
 #include "alces_drivers/motion.h"
 #include "alces_drivers/placed_profile.h"
@@ -183,9 +184,9 @@ class ScanAssembler final : public ProfileSink {
   /// The stream ends: what waits is put in or dropped, the open scan is handed on as incomplete.
   void finish();
 
-  /// A GPS fix: east, north, up of the first fix. Scans get the position at their reference time: between two
-  /// fixes in proportion, else the nearest fix that is not older than gps_maximum_age_ns.
-  void set_gps_position(const Eigen::Vector3d& position_m, std::int64_t stamp_ns);
+  /// Who is asked for the GPS position at a scan's reference time, with gps_maximum_age_ns; null: nobody. It
+  /// outlives the assembler.
+  void ask_for_positions(const GpsPosition* gps) { gps_ = gps; }
 
   /// Tells `observer` of every profile that goes into a scan, before the scan is handed on; null: nobody. The
   /// observer outlives the assembler.
@@ -195,9 +196,19 @@ class ScanAssembler final : public ProfileSink {
   [[nodiscard]] std::uint32_t waiting_profiles() const { return waiting_count_; }
 
  private:
-  enum class NoticeKind : std::uint8_t { room, late, lost, standing, reversed, incomplete, motion, count };
+  enum class NoticeKind : std::uint8_t {
+    room,
+    rays,
+    points,
+    late,
+    lost,
+    standing,
+    reversed,
+    incomplete,
+    motion,
+    count
+  };
   static constexpr std::uint32_t maximum_knots = 17;
-  static constexpr std::uint32_t gps_capacity = 4;
 
   /// A profile that waits; its ranges lie in the slot of the same number.
   struct Waiting {
@@ -267,10 +278,6 @@ class ScanAssembler final : public ProfileSink {
     Pose odometry_from_frame;  ///< the body when motion was first known in this scan
     Pose last_odometry;        ///< goes on where motion is not known
   };
-  struct Fix {
-    std::int64_t stamp_ns = no_stamp_ns;
-    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  };
 
   ScanAssembler(Arena& arena, const ScanAssemblerConfig& config, const HeadAngle& head, const Motion* motion,
                 ScanSink& sink, NoticePort& notices);
@@ -287,7 +294,6 @@ class ScanAssembler final : public ProfileSink {
   [[nodiscard]] bool find_scan(const Waiting& profile, double angle_rad);
   void put_in(const Waiting& profile, std::span<float> ranges_m, const Course& course);
   void close_scan(bool is_whole);
-  [[nodiscard]] bool gps_at(std::int64_t stamp_ns, Eigen::Vector3d& position_m) const;
   /// The begin (0) or end (1) of a piece, in the direction that the head turns.
   [[nodiscard]] double boundary_of(std::int64_t piece, int end) const;
 
@@ -307,6 +313,7 @@ class ScanAssembler final : public ProfileSink {
   const HeadAngle* head_;
   const Motion* motion_;
   ScanSink* sink_;
+  const GpsPosition* gps_ = nullptr;
   PlacedProfileSink* observer_ = nullptr;
   SpacedNotices<NoticeKind> notices_;
   ScanAssemblerCounters counters_;
@@ -329,9 +336,6 @@ class ScanAssembler final : public ProfileSink {
   double extreme_angle_rad_ = 0;  ///< the farthest along the course
   double moved_angle_rad_ = 0;    ///< where it last had moved by stop_angle_rad
   std::int64_t moved_ns_ = 0;
-
-  std::array<Fix, gps_capacity> fixes_{};
-  std::uint32_t next_fix_ = 0;
 };
 
 constexpr std::size_t ScanAssembler::memory_required(const ScanAssemblerCapacity& capacity) {

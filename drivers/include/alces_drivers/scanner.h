@@ -35,6 +35,7 @@
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/scan.h"
 #include "alces_drivers/scan_assembler.h"
+#include "alces_drivers/spaced_notices.h"
 
 namespace alces {
 
@@ -100,6 +101,7 @@ class Scanner final : public EventSink {
     std::uint64_t events = 0;
     std::uint64_t ticks = 0;
     std::uint64_t events_of_unknown_channel = 0;
+    std::uint64_t stamps_absurd = 0;         ///< negative, or beyond latest_stamp_ns: left out
     std::uint64_t laser_restarts = 0;        ///< by us, for silence
     std::uint64_t starts_without_motor = 0;  ///< patience was over
     std::uint64_t scan_droughts = 0;         ///< profiles came, scans did not
@@ -110,6 +112,7 @@ class Scanner final : public EventSink {
       visit("events", events);
       visit("ticks", ticks);
       visit("events_of_unknown_channel", events_of_unknown_channel);
+      visit("stamps_absurd", stamps_absurd);
       visit("laser_restarts", laser_restarts);
       visit("starts_without_motor", starts_without_motor);
       visit("scan_droughts", scan_droughts);
@@ -230,8 +233,9 @@ class Scanner final : public EventSink {
   ScannerPhase phase_ = ScannerPhase::stopped;
   std::int64_t phase_since_ns_ = no_stamp_ns;
   std::int64_t now_ns_ = no_stamp_ns;
+  enum class NoticeKind : std::uint8_t { stamp, count };
+  SpacedNotices<NoticeKind> spaced_notices_;
   std::int64_t dry_since_ns_ = no_stamp_ns;  ///< of the last scan, or since when profiles come
-  std::int64_t told_fix_ns_ = no_stamp_ns;   ///< the newest fix that the assembler knows
   bool is_drought_told_ = false;
   Counters counters_;
 };

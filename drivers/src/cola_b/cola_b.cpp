@@ -22,6 +22,7 @@ enum class Check : std::uint8_t {
   anything,
   is_0,
   is_1,
+  rays_fit,  ///< LMPoutputRange: sectors (2 bytes), angle step, first and last angle (4 bytes each)
   measures,  ///< STlms: a 16-bit status that becomes 7; asked again until then
 };
 
@@ -40,6 +41,7 @@ enum : std::uint32_t {
   start_measurement,
   run,
   wait_until_ready,
+  ask_range,
   stream,
   step_count
 };
@@ -51,6 +53,7 @@ constexpr std::array<Step, step_count> dialogue{{
     {"starting the measurement", "sMN LMCstartmeas", "sAN LMCstartmeas", Check::is_0, true},
     {"leaving configuration", "sMN Run", "sAN Run", Check::is_1, false},
     {"waiting until the laser measures", "sRN STlms", "sRA STlms", Check::measures, true},
+    {"asking how many rays come", "sRN LMPoutputRange", "sRA LMPoutputRange", Check::rays_fit, true},
     {"starting the stream of scan data", "sEN LMDscandata", "sEA LMDscandata", Check::is_1, false},
 }};
 
@@ -212,6 +215,7 @@ ColaB::ColaB(const ColaBConfig& config, BytePort& port, NoticePort& notices, Pro
       port_(port),
       notices_(notices),
       sink_(profiles),
+      spaced_notices_(notices, config_.name),
       clock_({.block_ns = ns_per_s, .block_count = 32, .maximum_drift = 1e-3, .jump_ns = ns_per_s}) {}
 
 LaserState ColaB::state() const {
@@ -289,6 +293,7 @@ void ColaB::stop(std::int64_t now_ns) {
 void ColaB::on_link(bool is_up, std::int64_t now_ns) {
   if (is_up == link_is_up_) return;
   link_is_up_ = is_up;
+  garbage_bytes_ = 0;
   parser_.discard();
   if (!is_up) {
     if (phase_ == Phase::stopping) {
@@ -305,13 +310,27 @@ void ColaB::on_link(bool is_up, std::int64_t now_ns) {
 }
 
 void ColaB::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t stamp_ns) {
+  garbage_bytes_ += bytes.size();
   while (!bytes.empty()) {
     const std::size_t taken = parser_.push(bytes);
     bytes = bytes.subspan(taken);
-    while (const auto payload = parser_.next()) on_payload(*payload, stamp_ns);
+    while (const auto payload = parser_.next()) {
+      garbage_bytes_ = bytes.size();
+      is_garbage_told_ = false;
+      on_payload(*payload, stamp_ns);
+    }
     if (taken == 0 && parser_.pending_bytes() > 0 && !bytes.empty())
       parser_.discard();  // cannot be: never hang
   }
+  if (garbage_bytes_ < garbage_limit_bytes) return;
+  garbage_bytes_ = 0;
+  ++counters_.peers_dropped;
+  parser_.discard();
+  if (!is_garbage_told_)
+    raise(stamp_ns, Severity::error,
+          "nothing but garbage comes: the connection is dropped; does CoLa B run on this port?");
+  is_garbage_told_ = true;
+  port_.drop();
 }
 
 void ColaB::on_tick(std::int64_t now_ns) {
@@ -322,6 +341,7 @@ void ColaB::on_tick(std::int64_t now_ns) {
     if (last_scan_ns_ > now_ns) shift_stamp(last_scan_ns_, step_ns);
   }
   ticked_ns_ = now_ns;
+  parser_.allow_work();
   switch (phase_) {
     case Phase::stopped:
     case Phase::bad_config:
@@ -361,6 +381,8 @@ void ColaB::on_tick(std::int64_t now_ns) {
   } else if (phase_ == Phase::stopping) {
     enter(Phase::stopped, "stopped; the laser did not confirm it");
     raise(now_ns, Severity::warning, "the laser did not confirm the end of its stream");
+  } else if (step_ == ask_range) {
+    next_step(now_ns);
   } else {
     back_off(now_ns, "the laser does not answer: does it speak CoLa B on this port?");
   }
@@ -375,7 +397,7 @@ void ColaB::begin_step(std::int64_t now_ns) {
     return;
   }
   enter(Phase::in_dialogue, dialogue[step_].doing);
-  tries_left_ = tries;
+  tries_left_ = step_ == ask_range ? 1 : tries;  // some firmware keeps silent
   is_waiting_to_ask_ = false;
   step_limit_ns_ = now_ns + poll_limit_ns;
   transmit(now_ns);
@@ -402,20 +424,42 @@ void ColaB::transmit(std::int64_t now_ns) {
   deadline_ns_ = now_ns + answer_time_out_ns;
 }
 
-void ColaB::back_off(std::int64_t now_ns, const char* why) {
+void ColaB::back_off(std::int64_t now_ns, const char* why, std::int64_t value) {
   enter(Phase::backing_off, why);
   deadline_ns_ = now_ns + back_off_ns_;
   back_off_ns_ = std::min(2 * back_off_ns_, longest_back_off_ns);
   if (told_failure_ != why) {
     told_failure_ = why;
-    raise(now_ns, Severity::error, why);
+    if (value != 0) {
+      raise(now_ns, Severity::error, why, value);
+    } else {
+      raise(now_ns, Severity::error, why);
+    }
   }
+}
+
+/// `range`: angle step, first and last angle. False: refused.
+bool ColaB::do_rays_fit(std::span<const std::uint8_t> range, std::int64_t now_ns) {
+  if (range.size() < 12) return true;
+  const auto number = [&](std::size_t at) {
+    return std::int64_t{static_cast<std::int32_t>(std::uint32_t{range[at]} << 24 |
+                                                  std::uint32_t{range[at + 1]} << 16 |
+                                                  std::uint32_t{range[at + 2]} << 8 | range[at + 3])};
+  };
+  const std::int64_t step = number(0);
+  const std::int64_t turn = number(8) - number(4);
+  if (step <= 0 || turn < 0) return true;
+  const std::int64_t rays = (turn + step / 2) / step + 1;
+  if (rays <= config_.most_rays) return true;
+  ++counters_.refusals;
+  back_off(now_ns, "the laser has more rays a profile than rays_per_profile has room for; rays", rays);
+  return false;
 }
 
 void ColaB::on_payload(std::span<const std::uint8_t> payload, std::int64_t stamp_ns) {
   if (cola_b::is_scan_data(payload)) {
     // The stream may begin before its confirmation, or when that was lost.
-    if (phase_ == Phase::in_dialogue && step_ == stream) begin_measuring(stamp_ns);
+    if (phase_ == Phase::in_dialogue && (step_ == stream || step_ == ask_range)) begin_measuring(stamp_ns);
     if (phase_ == Phase::measuring) {
       on_scan(payload, stamp_ns);
     } else {
@@ -423,6 +467,9 @@ void ColaB::on_payload(std::span<const std::uint8_t> payload, std::int64_t stamp
     }
     return;
   }
+  // Recordings of earlier versions do not know the question.
+  if (phase_ == Phase::in_dialogue && step_ == ask_range && begins_with(payload, dialogue[stream].answer))
+    step_ = stream;
   const bool awaits_answer =
       (phase_ == Phase::in_dialogue && !is_waiting_to_ask_) || phase_ == Phase::stopping;
   if (awaits_answer && begins_with(payload, "sFA")) {
@@ -463,13 +510,21 @@ void ColaB::on_answer(std::span<const std::uint8_t> result, std::int64_t now_ns)
     case Check::anything:
       break;
     case Check::is_0:
-      if (!result.empty() && result[0] == 0) break;
+      if (!result.empty() && result[0] == 0) {
+        // mLMPsetscancfg answers with what it made of it: frequency, sectors, angle step, first and last
+        // angle.
+        if (step_ == set_scan && result.size() >= 7 && !do_rays_fit(result.subspan(7), now_ns)) return;
+        break;
+      }
       return refused(step_ == set_scan ? "the laser refuses frequency, resolution or field of view"
                                        : "the laser refuses to measure");
     case Check::is_1:
       if (!result.empty() && result[0] == 1) break;
       return refused(step_ == log_in ? "the laser refuses the password"
                                      : "the laser refuses to run or to stream");
+    case Check::rays_fit:
+      if (result.size() >= 2 && !do_rays_fit(result.subspan(2), now_ns)) return;
+      break;
     case Check::measures:
       if (result.size() >= 2 && result[0] * 256U + result[1] == 7) break;
       if (now_ns >= step_limit_ns_) return refused("the laser does not get ready to measure");
@@ -505,10 +560,9 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
   const auto scan = cola_b::parse_scan_data(payload);
   const std::uint32_t rays_per_turn = scan ? cola_b::rays_per_turn(scan->dist1.angle_step) : 0;
   if (rays_per_turn == 0 || scan->scan_frequency == 0 || scan->dist1.count > Profile::maximum_rays) {
-    if (counters_.unreadable_scans++ == 0) {
-      raise(stamp_ns, Severity::error, "scan data cannot be used; rays",
-            scan ? std::int64_t{scan->dist1.count} : 0);
-    }
+    ++counters_.unreadable_scans;
+    spaced_notices_.raise(NoticeKind::unreadable, Severity::error, stamp_ns, "scan data cannot be used; rays",
+                          scan ? std::int64_t{scan->dist1.count} : 0);
     return;
   }
   told_failure_ = nullptr;
@@ -538,7 +592,10 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
 
   // Wraps after 71.6 minutes; a difference that is negative is a restart, and the filter starts anew.
   const auto since_last_us = static_cast<std::int32_t>(scan->start_us - last_start_us_);
-  device_us_ = has_device_time_ ? device_us_ + since_last_us : std::int64_t{scan->start_us};
+  // A device whose time runs wild is taken for one that was restarted, before nanoseconds overflow.
+  constexpr std::int64_t most_us = latest_stamp_ns / ns_per_us;
+  const bool goes_on = has_device_time_ && std::abs(device_us_) < most_us;
+  device_us_ = goes_on ? device_us_ + since_last_us : std::int64_t{scan->start_us};
   has_device_time_ = true;
   last_start_us_ = scan->start_us;
   const auto to_transmission_us = static_cast<std::int32_t>(scan->transmission_us - scan->start_us);

@@ -7,6 +7,7 @@ namespace {
 
 constexpr std::uint8_t stx = 0x02;
 constexpr std::size_t header_bytes = 8;
+constexpr std::uint8_t first_letter = 's';  // of every command: sRA, sAN, sSN, sFA, ...
 
 std::uint8_t checksum(std::span<const std::uint8_t> payload) {
   unsigned sum = 0;
@@ -27,8 +28,22 @@ std::size_t build_frame(std::span<const std::uint8_t> payload, std::span<std::ui
   return size;
 }
 
+bool FrameParser::may_work(std::size_t bytes) {
+  if (work_bytes_ > work_limit_bytes) return false;
+  work_bytes_ += bytes;
+  if (work_bytes_ <= work_limit_bytes) return true;
+  ++counters_.overloads;
+  discard();
+  return false;
+}
+
 std::size_t FrameParser::push(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() > bytes_.size() - end_ && begin_ > 0) {
+  const bool is_full = bytes.size() > bytes_.size() - end_;
+  if (work_bytes_ > work_limit_bytes || (is_full && begin_ > 0 && !may_work(end_ - begin_))) {
+    counters_.bytes_skipped += bytes.size();
+    return bytes.size();
+  }
+  if (is_full && begin_ > 0) {
     std::copy(bytes_.begin() + static_cast<std::ptrdiff_t>(begin_),
               bytes_.begin() + static_cast<std::ptrdiff_t>(end_), bytes_.begin());
     end_ -= begin_;
@@ -65,8 +80,13 @@ std::optional<std::span<const std::uint8_t>> FrameParser::next() {
       continue;
     }
     const std::size_t size = length + frame_overhead_bytes;
+    if (rest.size() > header_bytes && rest[header_bytes] != first_letter) {
+      skip(1);
+      continue;
+    }
     if (rest.size() < size) return std::nullopt;
     const std::span<const std::uint8_t> payload = rest.subspan(header_bytes, length);
+    if (!may_work(size)) return std::nullopt;
     if (checksum(payload) != rest[size - 1]) {
       ++counters_.checksum_errors;
       skip(1);

@@ -108,6 +108,31 @@ bool read_position(const Fields& fields, std::size_t first, Sentence& sentence) 
   return true;
 }
 
+void read_satellites(std::string_view field, Sentence& sentence) {
+  const auto satellites = decimal(field);
+  if (satellites && *satellites >= 0 && *satellites < 1000)
+    sentence.satellites = static_cast<std::uint32_t>(*satellites);
+}
+
+/// Of GNS's mode, a letter a satellite system, the best one as GGA's number. Nothing: a letter that is none.
+std::optional<std::uint32_t> best_quality(std::string_view modes) {
+  struct Mode {
+    char letter;
+    std::uint32_t quality;
+  };
+  constexpr std::array<Mode, 9> best_first{
+      {{'R', 4}, {'F', 5}, {'P', 2}, {'D', 2}, {'A', 1}, {'E', 6}, {'M', 7}, {'S', 8}, {'N', 0}}};
+  if (modes.empty()) return std::nullopt;
+  std::size_t best = best_first.size();
+  for (const char letter : modes) {
+    std::size_t place = 0;
+    while (place < best_first.size() && best_first[place].letter != letter) ++place;
+    if (place == best_first.size()) return std::nullopt;
+    best = std::min(best, place);
+  }
+  return best_first[best].quality;
+}
+
 bool read_time(std::string_view field, Sentence& sentence) {
   sentence.time_of_day_ms = time_of_day_ms(field);
   return field.empty() || sentence.time_of_day_ms.has_value();
@@ -176,15 +201,26 @@ ParsedSentence parse(std::string_view line) {
       return {std::nullopt, true};
     }
     const auto quality = decimal(fields[6]);
-    const auto satellites = decimal(fields[7]);
     if (!quality || *quality < 0 || *quality > 9) return {std::nullopt, true};
     sentence.quality = static_cast<std::uint32_t>(*quality);
-    if (satellites && *satellites >= 0 && *satellites < 1000) {
-      sentence.satellites = static_cast<std::uint32_t>(*satellites);
-    }
+    read_satellites(fields[7], sentence);
     sentence.hdop = decimal(fields[8]);
     sentence.altitude_m = decimal(fields[9]);
     if (const auto geoid_m = decimal(fields[11]); sentence.altitude_m && geoid_m)
+      *sentence.altitude_m += *geoid_m;
+    return {sentence, false};
+  }
+  if (type == "GNS") {
+    sentence.kind = SentenceKind::gns;
+    const auto quality = best_quality(fields[6]);
+    if (fields.count() < 11 || !read_time(fields[1], sentence) || !read_position(fields, 2, sentence) ||
+        !quality)
+      return {std::nullopt, true};
+    sentence.quality = *quality;
+    read_satellites(fields[7], sentence);
+    sentence.hdop = decimal(fields[8]);
+    sentence.altitude_m = decimal(fields[9]);
+    if (const auto geoid_m = decimal(fields[10]); sentence.altitude_m && geoid_m)
       *sentence.altitude_m += *geoid_m;
     return {sentence, false};
   }

@@ -231,6 +231,7 @@ void Lms2xx::on_tick(std::int64_t now_ns) {
     clock_.reset();
   }
   ticked_ns_ = now_ns;
+  parser_.allow_work();
   give_up_stale_bytes(now_ns);
   switch (phase_) {
     case Phase::stopped:

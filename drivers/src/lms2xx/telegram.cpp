@@ -39,6 +39,11 @@ std::size_t build_telegram(Direction direction, std::uint8_t address, std::uint8
 }
 
 void TelegramParser::push(std::uint8_t byte) {
+  if (work_bytes_ > work_limit_bytes) {
+    ++position_;
+    ++counters_.bytes_skipped;
+    return;
+  }
   if (end_ == bytes_.size()) {
     if (begin_ == 0) {  // next() was not called: cannot be a telegram
       ++begin_;
@@ -90,6 +95,12 @@ std::optional<TelegramParser::Token> TelegramParser::next() {
     const std::size_t size = length + frame_bytes;
     if (rest.size() < size) {
       needed_bytes_ = size;
+      return std::nullopt;
+    }
+    work_bytes_ += size;
+    if (work_bytes_ > work_limit_bytes) {
+      ++counters_.overloads;
+      discard();
       return std::nullopt;
     }
     if (crc16(rest.first(size - 2)) != rest[size - 2] + 256U * rest[size - 1]) {

@@ -109,6 +109,8 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
     Severity severity = Severity::info;
     std::uint64_t times = 0;
     std::vector<std::int64_t> stamps_ns;  ///< the first ones
+    bool has_value = false;
+    std::int64_t value = 0;  ///< of the last one
   };
   struct CounterSample {
     std::int64_t stamp_ns = 0;

@@ -19,6 +19,9 @@ struct DriveSimulationSettings {
   std::uint64_t seed = 1;
   double speed_m_per_s = 0;            ///< while driving, mean; 0: about 1.1
   double standstill_s = 6;             ///< before the vehicle drives; the scanner is up after about 4 s
+  std::uint32_t rings = 0;             ///< of each sweep only so many rays measure, within 30 deg; 0: all
+  double snow_share = 0;               ///< of the rays that meet a snowflake, 1 to 6 m away
+  std::size_t people = 0;              ///< who walk around the vehicle, 1.5 to 8 m away
   std::vector<sim::Injection> faults;  ///< at_ns counted from the start of the drive
   settings::VehicleSettings vehicle;   ///< what the drivers go by
 };

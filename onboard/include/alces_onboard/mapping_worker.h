@@ -66,6 +66,7 @@ struct MapResult {
   Pose map_from_body;
   std::array<Edge, 4> edges;  ///< that came into the graph
   std::uint32_t edge_count = 0;
+  std::uint32_t edges_left_out = 0;  ///< that there was no room for here
   bool has_loop = false;
   LoopReport loop;
   bool has_path = false;   ///< path() is of now; take_path() when it was read

@@ -25,7 +25,9 @@
 #include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/scanner.h"
+#include "alces_drivers/spaced_notices.h"
 #include "alces_onboard/mapping_worker.h"
+#include "alces_onboard/notice_limiter.h"
 #include "alces_onboard/status_report.h"
 #include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/recording/recording_writer.h"
@@ -68,8 +70,10 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
     std::uint64_t scans_thinned = 0;  ///< of the mapped: more cells than voxel.cell_capacity, so larger ones
     std::uint64_t loops_closed = 0;
     std::uint64_t loops_refused = 0;
-    std::uint64_t paths_skipped = 0;  ///< not recorded, because the one before was not yet
-    std::uint64_t notices = 0;
+    std::uint64_t edges_skipped = 0;      ///< not recorded: more at once than a result holds
+    std::uint64_t paths_skipped = 0;      ///< not recorded, because the one before was not yet
+    std::uint64_t notices = 0;            ///< told; those held back are not among them
+    std::uint64_t notices_held_back = 0;  ///< too many of one source: notice_limiter.h
     std::uint64_t events_after_end = 0;
 
     template <class Visitor>
@@ -85,8 +89,10 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
       visit("scans_thinned", scans_thinned);
       visit("loops_closed", loops_closed);
       visit("loops_refused", loops_refused);
+      visit("edges_skipped", edges_skipped);
       visit("paths_skipped", paths_skipped);
       visit("notices", notices);
+      visit("notices_held_back", notices_held_back);
       visit("events_after_end", events_after_end);
     }
   };
@@ -142,7 +148,11 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
 
  private:
   static constexpr std::size_t rate_scans = 8;
+  enum class NoticeKind : std::uint8_t { thinned, loops, paths, edges, count };
 
+  void tell(const Notice& notice);
+  /// Of a capacity that was exceeded, at its first and then ever more seldom.
+  void say(NoticeKind kind, const char* text, std::uint64_t count);
   void on_scan(const Scan& scan) override;
   void on_result(const MapResult& result);
   void record_result(const MapResult& result);
@@ -166,7 +176,8 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   std::int64_t counters_recorded_ns_ = no_stamp_ns;
   std::array<std::int64_t, rate_scans> scan_stamps_ns_{};
   Seldom drop_notice_{10 * ns_per_s};
-  Seldom thin_notice_{10 * ns_per_s};
+  NoticeLimiter notice_limiter_;
+  SpacedNotices<NoticeKind> capacity_notices_;
   MapFigures figures_;
   bool has_pose_ = false;
   Pose map_from_body_;

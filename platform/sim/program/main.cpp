@@ -39,6 +39,9 @@ struct Options {
   std::size_t scans = 924;
   double speed_m_per_s = 0;
   double standstill_s = 6;
+  std::uint32_t rings = 0;
+  double snow_share = 0;
+  std::size_t people = 0;
   int fifo_priority = 0;
 };
 
@@ -121,6 +124,9 @@ void run(const Options& options) {
   rig.motion.scans = options.scans;
   rig.motion.standstill_s = options.standstill_s;
   if (options.speed_m_per_s > 0) rig.motion.mean_speed_m_per_s = options.speed_m_per_s;
+  rig.rings.count = options.rings;
+  rig.range_errors.snow_share = options.snow_share;
+  rig.crowd.people = options.people;
   rig.lasers = static_cast<std::uint8_t>(settings.vehicle.scanner.assembler.laser_count);
   rig.has_gps = settings.vehicle.scanner.has_gps;
   rig.field_of_view_rad = settings.vehicle.scanner.lms2xx[0].field_of_view_deg * std::numbers::pi / 180;
@@ -195,6 +201,15 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--standstill", options.standstill_s, "seconds until it rolls")
       ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--rings", options.rings, "as of alces simulate: so many rays a sweep; 0: all")
+      ->check(CLI::Range(0, 31))
+      ->capture_default_str();
+  app.add_option("--snow", options.snow_share, "share of the rays that meet a snowflake")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--crowd", options.people, "so many people walk around the vehicle")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option("--fifo-priority", options.fifo_priority,
                  "SCHED_FIFO: the outside world waits for no processor; 0: it does")

@@ -6,6 +6,7 @@
 //   mLMPsetscancfg    frequency, resolution, field of view; LMS only, and only when configured
 //   LMDscandatacfg    first echo, no remission, every scan
 //   LMCstartmeas, Run, STlms until the mirror runs and the laser measures (up to a minute after power-on)
+//   LMPoutputRange    how many rays will come: refused when there is no room for them (most_rays)
 //   LMDscandata       start the stream
 // An error answer (sFA) is told with its text; where a request is a courtesy that some firmware lacks it is
 // passed over, otherwise the dialogue starts again after a pause, as it does after silence.
@@ -14,6 +15,8 @@
 // Time: each telegram carries the laser's microseconds at the sweep and at its transmission. A
 // MinimumDelayFilter learns host time from transmission and arrival; the ray times are the device's (see
 // first_ray_offset_us). 32-bit microseconds wrap every 71.6 minutes and are unwrapped.
+//
+// A peer that sends garbage_limit_bytes without a frame among them is told, and its connection dropped.
 //
 // The connection is the platform's: it calls on_link(true) when connected, and again after a loss.
 //
@@ -31,6 +34,7 @@
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/profile.h"
+#include "alces_drivers/spaced_notices.h"
 
 namespace alces {
 
@@ -52,6 +56,8 @@ struct ColaBConfig {
   double start_angle_deg = -5;  ///< the laser's angle
   double stop_angle_deg = 185;
   std::uint32_t password_hash = 0xf4724744;
+  /// A laser that says that its profiles have more rays is not let stream. Scanner sets rays_per_profile.
+  std::uint32_t most_rays = Profile::maximum_rays;
   /// The stream is there already, or a recorded one is replayed: nothing is sent.
   bool is_listen_only = false;
 };
@@ -77,6 +83,7 @@ class ColaB final : public Laser {
     std::uint64_t unreadable_scans = 0;    ///< scan data that could not be decoded or has too many rays
     std::uint64_t telegrams_ignored = 0;   ///< good ones that nobody asked for
     std::uint64_t rays_without_range = 0;
+    std::uint64_t peers_dropped = 0;  ///< connections ended because nothing but garbage came
     template <class Visitor>
     void visit(Visitor&& visit) const {
       visit("profiles", profiles);
@@ -92,8 +99,11 @@ class ColaB final : public Laser {
       visit("unreadable_scans", unreadable_scans);
       visit("telegrams_ignored", telegrams_ignored);
       visit("rays_without_range", rays_without_range);
+      visit("peers_dropped", peers_dropped);
     }
   };
+
+  static constexpr std::size_t garbage_limit_bytes = std::size_t{256} << 10;
 
   ColaB(const ColaBConfig& config, BytePort& port, NoticePort& notices, ProfileSink& profiles);
 
@@ -119,12 +129,15 @@ class ColaB final : public Laser {
     stopping,
   };
 
+  enum class NoticeKind : std::uint8_t { unreadable, count };
+
   void enter(Phase phase, const char* reason);
   void begin(std::int64_t now_ns);
   void begin_step(std::int64_t now_ns);
   void next_step(std::int64_t now_ns);
   void transmit(std::int64_t now_ns);
-  void back_off(std::int64_t now_ns, const char* why);
+  void back_off(std::int64_t now_ns, const char* why, std::int64_t value = 0);
+  [[nodiscard]] bool do_rays_fit(std::span<const std::uint8_t> range, std::int64_t now_ns);
   void begin_measuring(std::int64_t now_ns);
   void on_payload(std::span<const std::uint8_t> payload, std::int64_t stamp_ns);
   void on_error_answer(std::span<const std::uint8_t> payload, std::int64_t now_ns);
@@ -138,6 +151,7 @@ class ColaB final : public Laser {
   BytePort& port_;
   NoticePort& notices_;
   ProfileSink& sink_;
+  SpacedNotices<NoticeKind> spaced_notices_;
   cola_b::FrameParser parser_;
   MinimumDelayFilter clock_;
 
@@ -145,6 +159,8 @@ class ColaB final : public Laser {
   const char* reason_ = "not started";
   bool is_started_ = false;
   bool link_is_up_ = false;
+  std::size_t garbage_bytes_ = 0;  ///< since the last frame, or since the connection
+  bool is_garbage_told_ = false;   ///< since the last frame
   std::uint32_t step_ = 0;
   std::uint32_t tries_left_ = 0;
   bool is_waiting_to_ask_ = false;  ///< a poll: the next one is due at deadline_ns_

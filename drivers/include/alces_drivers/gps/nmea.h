@@ -1,6 +1,7 @@
 // NMEA 0183 sentences: a line "$" talker(2) type(3) "," fields "*" checksum (2 hex digits, XOR between $ and
 // *). GGA is the fix (time, position, quality, satellites, HDOP, altitude), RMC the recommended minimum
-// (time, validity, position, speed). Any talker will do (GP, GL, GA, GB, GN).
+// (time, validity, position, speed); GNS is GGA for several satellite systems. Any talker will do (GP, GL,
+// GA, GB, GN).
 #pragma once
 
 #include <array>
@@ -49,24 +50,25 @@ class LineAssembler {
   Counters counters_;
 };
 
-enum class SentenceKind : std::uint8_t { gga, rmc };
+enum class SentenceKind : std::uint8_t { gga, gns, rmc };
 
-/// What GGA and RMC have in common, and what only one of them has.
+/// What GGA, GNS and RMC have in common, and what only some of them have.
 struct Sentence {
   SentenceKind kind = SentenceKind::gga;
   std::optional<std::int32_t> time_of_day_ms;  ///< UTC
   bool has_position = false;
-  double latitude_deg = 0;   ///< north positive
-  double longitude_deg = 0;  ///< east positive
-  std::uint32_t quality =
-      0;  ///< GGA: 0 none, 1 GPS, 2 differential, 4 RTK, 5 float, 6 estimated, 7, 8; RMC: 1 if valid
-  std::uint32_t satellites = 0;      ///< GGA
-  std::optional<double> hdop;        ///< GGA
-  std::optional<double> altitude_m;  ///< GGA, above the WGS 84 ellipsoid where the geoid's height is given
+  double latitude_deg = 0;    ///< north positive
+  double longitude_deg = 0;   ///< east positive
+  std::uint32_t quality = 0;  ///< GGA: 0 none, 1 GPS, 2 differential, 4 RTK, 5 float, 6 estimated, 7, 8; GNS:
+                              ///< as GGA's, of the best system; RMC: 1 if valid
+  std::uint32_t satellites = 0;  ///< GGA, GNS
+  std::optional<double> hdop;    ///< GGA, GNS
+  std::optional<double>
+      altitude_m;  ///< GGA, GNS: above the WGS 84 ellipsoid where the geoid's height is given
 };
 
-/// Takes a line apart. Nothing: another sentence. is_malformed: it is a GGA or RMC, but a field cannot be
-/// read.
+/// Takes a line apart. Nothing: another sentence. is_malformed: it is a GGA, GNS or RMC, but a field cannot
+/// be read.
 struct ParsedSentence {
   std::optional<Sentence> sentence;
   bool is_malformed = false;

@@ -15,6 +15,10 @@ class BytePort {
   /// always true).
   [[nodiscard]] virtual bool set_baud_rate(std::uint32_t baud) = 0;
 
+  /// The peer sends nothing that makes sense: a connection is ended, and begun anew after a pause. A line
+  /// cannot.
+  virtual void drop() {}
+
  protected:
   ~BytePort() = default;
 };

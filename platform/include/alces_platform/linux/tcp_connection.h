@@ -1,6 +1,7 @@
 // A TCP connection to a device (CoLa lasers: port 2111 or 2112), kept up: connected without blocking, and
 // again with back-off from 100 ms to 5 s whenever it is refused, times out or ends. The back-off starts over
-// when bytes have come, so a device that accepts and hangs up is not hammered.
+// when a connection has held for steady_ns, so a device that accepts and hangs up is not hammered. One that
+// is dropped for its garbage gets a pause of its own, 5 s to 80 s.
 //
 // TCP_NODELAY; keepalive after 3 s, every 1 s, 3 times, and TCP_USER_TIMEOUT 5 s: a cable pulled out shows
 // within 6 s. In: bytes events with the time they were read; byte_link events. Out: a queue of 4096 bytes,
@@ -33,6 +34,7 @@ struct TcpConnectionConfig {
 class TcpConnection final : public BytePort, public EventSource {
  public:
   static constexpr std::size_t queue_capacity = 4096;
+  static constexpr std::int64_t steady_ns = 2 * ns_per_s;
 
   struct Counters {
     std::uint64_t bytes_received = 0;
@@ -42,6 +44,7 @@ class TcpConnection final : public BytePort, public EventSource {
     std::uint64_t connects = 0;
     std::uint64_t connects_failed = 0;
     std::uint64_t losses = 0;
+    std::uint64_t drops = 0;  ///< of them, by us: garbage came
 
     template <class Visitor>
     void visit(Visitor&& visit) const {
@@ -52,6 +55,7 @@ class TcpConnection final : public BytePort, public EventSource {
       visit("connects", connects);
       visit("connects_failed", connects_failed);
       visit("losses", losses);
+      visit("drops", drops);
     }
   };
 
@@ -73,6 +77,9 @@ class TcpConnection final : public BytePort, public EventSource {
   [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) override;
   [[nodiscard]] bool set_baud_rate(std::uint32_t) override { return true; }
 
+  /// Ends the connection once the event being handed on has been dealt with.
+  void drop() override { is_drop_due_ = true; }
+
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
   void on_ready(std::uint32_t token, std::uint32_t epoll_events) override;
@@ -87,6 +94,7 @@ class TcpConnection final : public BytePort, public EventSource {
   void on_connected(std::int64_t now_ns);
   void receive();
   void lose(std::int64_t now_ns, int error_number);
+  void carry_out_drop(std::int64_t now_ns);
   void watch_for(std::uint32_t epoll_events);
 
   EventLoop& loop_;
@@ -101,8 +109,12 @@ class TcpConnection final : public BytePort, public EventSource {
   std::int64_t connect_since_ns_ = 0;
   ByteRing<queue_capacity> queue_;
   std::array<std::uint8_t, 16384> received_{};
+  Seldom full_notice_{10 * ns_per_s};
+  bool is_drop_due_ = false;
+  std::int64_t up_since_ns_ = 0;
   int last_error_number_ = 0;
   RetryDelay back_off_{100 * ns_per_ms, 5 * ns_per_s};
+  RetryDelay drop_back_off_{5 * ns_per_s, 80 * ns_per_s};
   Counters counters_;
   Message error_;
 };

@@ -18,12 +18,14 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "alces/arena.h"
 #include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
+#include "alces_drivers/spaced_notices.h"
 #include "alces_platform/recording/byte_sink.h"
 #include "alces_platform/recording/cdr.h"
 #include "alces_platform/recording/channels.h"
@@ -125,6 +127,7 @@ class RecordingWriter final : public EventSink {
   [[nodiscard]] bool is_stalled() const { return is_stalled_; }
 
  private:
+  enum class NoticeKind : std::uint8_t { too_large, thinned, not_indexed, too_long, count };
   friend class Arena;
   RecordingWriter(Arena& arena, const RecordingConfig& config, ByteSink* sink, NoticePort* notices);
 
@@ -150,6 +153,8 @@ class RecordingWriter final : public EventSink {
       make_room();
     }
     ++counters_.messages_too_large;
+    say(NoticeKind::too_large, "messages are larger than a chunk and are left out; so far",
+        counters_.messages_too_large);
     return false;
   }
 
@@ -162,13 +167,16 @@ class RecordingWriter final : public EventSink {
   void put_bytes(const Event& event, bool is_sent);
   static void begin_diagnostic(CdrWriter& cdr, const DiagnosticRecord& diagnostic);
   void say(Severity severity, const char* text, std::int64_t value);
+  /// Of a capacity that was exceeded, at its first and then ever more seldom.
+  void say(NoticeKind kind, const char* text, std::uint64_t count);
 
   RecordingConfig config_;
   std::array<char, 24> utc_offset_text_{};
   std::array<mcap::KeyValue, 3> metadata_;
   mcap::Writer mcap_;
   NoticePort* notices_;
-  std::int64_t now_ns_ = 0;  ///< when the newest message was handed on
+  std::optional<SpacedNotices<NoticeKind>> capacity_notices_;  ///< not there when there is nobody to tell
+  std::int64_t now_ns_ = 0;                                    ///< when the newest message was handed on
   bool has_now_ = false;
   std::int64_t retry_ns_ = 0;  ///< a stalled sink is asked again then
   bool is_stalled_ = false;

@@ -44,8 +44,9 @@ struct VehicleSettings {
   bool maps_incomplete_scans = false;
   std::string recording;  ///< a file, %t in it becomes the UTC time of the start; empty: nothing is recorded
   std::uint64_t recording_limit_bytes = 0;  ///< then recording ends, and is told; 0: none
-  int fifo_priority = 0;                    ///< of the acquisition thread; 0: not real-time
-  int processor = -1;                       ///< of the acquisition thread; -1: any
+  std::uint64_t recording_reserve_bytes = std::uint64_t{1} << 30;  ///< of its disk stays free; 0: none
+  int fifo_priority = 0;  ///< of the acquisition thread; 0: not real-time
+  int processor = -1;     ///< of the acquisition thread; -1: any
   bool locks_memory = false;
 
   /// The file as it was read: what a recording carries.

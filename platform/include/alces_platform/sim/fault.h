@@ -43,7 +43,9 @@ enum class Fault : std::uint8_t {
   laser_unplugged,      ///< while: the line is down, then up again
   laser_reset,          ///< (laser) once: power-cycled
   // Odometry and GPS.
-  odometry_frozen,  ///< while: the same frames again and again; argument 1: only their counters go on
+  odometry_frozen,  ///< while: the same frames again and again; argument 1: only their counters go on;
+                    ///< 2: the wheels say that they stand (speeds 0, ways as they were), gyro and counters go
+                    ///< on; 3: gyro says so, too
   odometry_silent,  ///< while: no frames
   odometry_jump,    ///< once: one absurd speed; argument: mm/s [30000]
   gps_absurd,       ///< while: a position that is not where it is; argument: m [1000000]

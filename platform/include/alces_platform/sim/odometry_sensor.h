@@ -105,7 +105,9 @@ class OdometrySensor {
     double left_m = 0, right_m = 0;
     std::array<double, odometry_quantity_count> values{};
   };
-  void sample(Timetable& timetable);
+  /// What the sensors wrongly take for standing.
+  enum class Standing : std::uint8_t { nothing, wheels, wheels_and_gyro };
+  void sample(Timetable& timetable, Standing standing);
   /// Errors that go on are stepped every 10 ms, so that they do not depend on the frames' rates.
   void step_errors(std::int64_t now_ns);
 

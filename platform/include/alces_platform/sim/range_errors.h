@@ -17,6 +17,11 @@ struct RangeErrors {
   double window_share = 0.5;  ///< of the rays on glass that bring nothing back
   double mixed_share = 0.1;   ///< of the rays beside a range jump that measure something in between
   double dropout_share = 0;   ///< of all rays that bring nothing back for no reason
+  /// Of all rays, those that meet a snowflake: it is at any range from snow_nearest_m to snow_farthest_m
+  /// alike, and seen where nothing else is nearer.
+  double snow_share = 0;
+  double snow_nearest_m = 1;
+  double snow_farthest_m = 6;
 };
 
 /// Ranges of one sweep, ray after ray: a mixed pixel depends on the ray before.

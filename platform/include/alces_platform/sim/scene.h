@@ -70,6 +70,9 @@ struct Pole {
   float reflectivity = 0.4F;
 };
 
+/// Makes `nearest` the pole and returns true, if the ray meets it nearer than that.
+bool meets(const Pole& pole, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, Hit& nearest);
+
 class Scene {
  public:
   Ground ground;

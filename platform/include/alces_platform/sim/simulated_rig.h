@@ -22,6 +22,7 @@
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/can_port.h"
 #include "alces_platform/sim/can_bus.h"
+#include "alces_platform/sim/crowd.h"
 #include "alces_platform/sim/event_queue.h"
 #include "alces_platform/sim/fault.h"
 #include "alces_platform/sim/gps_receiver.h"
@@ -48,6 +49,8 @@ struct RigSettings {
   std::uint8_t lasers = 2;
   double field_of_view_rad = 3.14159265358979323846;
   RangeErrors range_errors{.dropout_share = 0.002};
+  Rings rings;
+  CrowdSettings crowd;
   OdometrySensorSettings odometry;
   GpsSettings gps;
   bool has_gps = true;
@@ -136,6 +139,7 @@ class SimulatedRig {
   HeadMotor* motor_;
   HeadEncoder encoder_;
   OdometrySensor odometry_;
+  Crowd crowd_;
   SweepCaster caster_;
   std::array<LaserSweeps, RigGeometry::maximum_lasers> sweeps_;
   CanBus can_;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "alces/pose.h"
+#include "alces_platform/sim/crowd.h"
 #include "alces_platform/sim/head_motor.h"
 #include "alces_platform/sim/range_errors.h"
 #include "alces_platform/sim/rig_geometry.h"
@@ -27,16 +28,28 @@ namespace alces::sim {
 struct SweepRequest {
   Pose town_from_laser_begin;
   Pose town_from_laser_end;
-  Pose body_from_laser;          ///< in the middle: for the own vehicle
-  double field_of_view_rad = 0;  ///< centred on the laser's x axis
-  std::uint64_t seed = 0;        ///< of the sweep's noise
-  std::span<float> ranges_m;     ///< filled; 0: no echo
+  Pose body_from_laser;              ///< in the middle: for the own vehicle
+  double field_of_view_rad = 0;      ///< centred on the laser's x axis
+  std::int64_t middle_stamp_ns = 0;  ///< where people are
+  std::uint64_t seed = 0;            ///< of the sweep's noise
+  std::span<float> ranges_m;         ///< filled; 0: no echo
+};
+
+/// A sensor of few rings out of a laser of many rays: of each sweep only these measure, the rays nearest to
+/// `count` angles spread evenly over `span_rad` about the laser's x axis. The scan plane stands upright and
+/// turns with the head, so each of these rays draws a cone round the head's axis, as a beam of a multi-beam
+/// lidar does.
+struct Rings {
+  std::uint32_t count = 0;              ///< 0: every ray measures
+  double span_rad = 0.523598775598299;  ///< 30 deg: with 16 rings they are 2 deg apart, from -15 to 15 deg
 };
 
 class SweepCaster {
  public:
-  SweepCaster(const Scene& scene, const RangeErrors& errors, const RigGeometry& geometry)
-      : scene_(scene), errors_(errors), geometry_(geometry) {}
+  /// `crowd` may be null.
+  SweepCaster(const Scene& scene, const Crowd* crowd, const RangeErrors& errors, const RigGeometry& geometry,
+              const Rings& rings)
+      : scene_(scene), crowd_(crowd), errors_(errors), geometry_(geometry), rings_(rings) {}
 
   void cast(const SweepRequest& request) const;
   /// The same sweeps, shared by all cores if `is_parallel`.
@@ -44,8 +57,10 @@ class SweepCaster {
 
  private:
   const Scene& scene_;
+  const Crowd* crowd_;
   RangeErrors errors_;
   RigGeometry geometry_;
+  Rings rings_;
 };
 
 class LaserSweeps final : public SweepSource {
