@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "alces_offline/error.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/stop_signal.h"
 #include "scan_progress.h"
@@ -37,7 +38,7 @@ std::vector<std::string> command_line() {
 void map_and_write(ScanSource& scans, const MapRequest& request, const std::filesystem::path& out,
                    ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe) {
   const StopSignal stop;
-  prepare_map_folder(out);
+  StagedFolder stage(out);  // can it be written? Nothing changes there before the map is whole.
   MapRun run(scans, request);
   {
     ScanProgress progress;
@@ -53,12 +54,12 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
   if (describe) describe(program);
   nlohmann::json report;
   try {
-    report = write_map_folder(out, run, program);
+    report = write_map_folder(stage, run, program);
   } catch (const Error&) {
     if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
     throw;
   }
-  fmt::print("{}", json ? report.dump(2) + "\n" : run_summary(run, report));
+  fmt::print("{}", json ? json_text(report) + "\n" : run_summary(run, report));
   if (run.problem()) {
     std::fflush(stdout);
     throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),

@@ -11,6 +11,7 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/reference/building_outlines.h"
 #include "alces_offline/reference/reference_map.h"
@@ -117,7 +118,7 @@ void reference(const Options& options) {
         {"out", options.out},           {"map_points", map.given()}, {"map_points_kept", map.tree().size()},
         {"scans", run.poses.size()},    {"trusted", trusted},        {"median_overlap", median(overlaps)},
         {"median_rms_m", median(rms_m)}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
   } else {
     fmt::print("map: {} points, {} of them kept\n{} of {} scans have a pose to be trusted", map.given(),
                map.tree().size(), trusted, run.poses.size());

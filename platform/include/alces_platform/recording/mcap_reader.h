@@ -102,6 +102,8 @@ class Reader {
       visit("bytes_cut", bytes_cut);
     }
   };
+  /// errno of a read that failed: what was read is not all that the file holds. 0: none did.
+  [[nodiscard]] int read_error() const { return source_.error_number(); }
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
  private:
@@ -136,6 +138,7 @@ class Reader {
   std::size_t pending_ = 0;  ///< bytes of the record just read, consumed when the next one is asked for
   bool source_ended_ = false;
 
+  std::vector<std::uint8_t> unpacked_;  ///< of the current chunk, where it is compressed
   Bytes chunk_;                  ///< records of the current chunk that are still to be read
   std::uint64_t chunk_end_ = 0;  ///< position in the file behind them
   bool chunk_is_cut_ = false;
