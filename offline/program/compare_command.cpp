@@ -211,8 +211,8 @@ void compare(const Options& options) {
                               circular.value_or("")};
   if (!result.rows.empty()) {
     write_tables(options.out, result, facts);
-    fmt::print("{}",
-               options.json ? json_text(experiment_json(result, facts)) + "\n" : markdown_tables(result, facts));
+    fmt::print("{}", options.json ? json_text(experiment_json(result, facts)) + "\n"
+                                  : markdown_tables(result, facts));
     std::fflush(stdout);
     if (!options.no_plots) {
       const PlotReport plots = write_plots(options.out, result, request);

@@ -369,7 +369,8 @@ void add_convert_command(CLI::App& alces) {
   verb->add_option("--to", options->to, "the form of OUT, where its name does not say it")
       ->check(CLI::IsMember(
           {"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o", "toro", "mcap"}));
-  verb->add_option("--odometry", options->odometry, "poses of the scans, instead of those beside them; none: no poses at all");
+  verb->add_option("--odometry", options->odometry,
+                   "poses of the scans, instead of those beside them; none: no poses at all");
   verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")
       ->check(CLI::Range(1e-9, 1e9))
       ->capture_default_str();

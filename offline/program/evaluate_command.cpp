@@ -96,7 +96,8 @@ void evaluate_against_truth(const Options& options) {
   for (const Trajectory* read : {&estimate, &truth})
     for (const std::string& note : read->notes) fmt::print(stderr, "alces: {}\n", note);
   const Association association = associate(estimate, truth, options.max_time_difference_s);
-  const std::optional<std::string> circular = why_circular(options.trajectory, options.truth, truth, association);
+  const std::optional<std::string> circular =
+      why_circular(options.trajectory, options.truth, truth, association);
   if (circular) fmt::print(stderr, "alces: warning: {}\n", *circular);
 
   std::vector<Pose> estimate_poses;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <utility>
@@ -26,6 +27,21 @@ void print_warnings(const std::vector<std::string>& warnings) {
                warnings.size() - most_warnings);
 }
 
+/// Of a drive without a map, as of a laser alone: what its devices went through is worth knowing all the
+/// same.
+void print_drive(const nlohmann::json& drive, bool json) {
+  if (json) {
+    fmt::print("{}\n", json_text(nlohmann::json{{"drive", drive}}));
+  } else {
+    fmt::print("counters of the drive\n");
+    for (const auto& [part, counters] : drive["counters"].items()) {
+      for (const auto& [counter, value] : counters.items())
+        if (value != 0) fmt::print("  {}.{}: {}\n", part, counter, value.get<std::uint64_t>());
+    }
+  }
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 std::vector<std::string> command_line() {
@@ -47,6 +63,8 @@ void map_and_write(ScanSource& scans, const MapRequest& request, const std::file
   }
   print_warnings(run.warnings());
   if (run.mapper().scan_count() == 0) {
+    if (describe) describe(program);
+    if (!program.drive.is_null()) print_drive(program.drive, json);
     if (run.problem()) throw Error(*run.problem());
     throw InputError(
         fmt::format("none of the scans could be mapped ({}); nothing is written", scans.description()));

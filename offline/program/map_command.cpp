@@ -51,8 +51,8 @@ constexpr const char* footer = R"(Examples:
 SCANS is a folder or several files: 3DTK uos, PCD, PLY, LAS, KITTI .bin, CSV. Poses belong to scans by the stamps in the files'
 names (a number with decimals, or since 1970), else by their numbers, else by their order; a line says which. run.json keeps which
 file was the odometry, so that 'alces evaluate' can tell when it is taken for the truth, too. The map folder holds trajectory.tum (the poses),
-graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops); its files are
-replaced one by one, each when it is whole. The frame is REP 103's, metres, the origin is the first scan.
+graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops). It is written beside OUT and takes
+its place when it is whole; files of others in OUT stay. The frame is REP 103's, metres, the origin is the first scan.
 
 --loop-optimizer toro or hogman puts the optimisers that ELCH's paper compares with into LOA's place, for comparison; they
 work outside of --memory. Detecting, matching and believing loops stay as they are. none closes no loops.
@@ -106,7 +106,8 @@ void add_map_command(CLI::App& alces) {
   verb->footer(footer);
   verb->add_option("SCANS", options->scans, "a folder of scans, or scan files");
   verb->add_option("--out", options->out, "the map folder to write");
-  verb->add_option("--odometry", options->odometry, "rough poses: TUM, KITTI, 3DTK or 4x4 matrices; none: not those beside the scans either");
+  verb->add_option("--odometry", options->odometry,
+                   "rough poses: TUM, KITTI, 3DTK or 4x4 matrices; none: not those beside the scans either");
   verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")
       ->check(CLI::Range(1e-9, 1e9))
       ->capture_default_str();

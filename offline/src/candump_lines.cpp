@@ -46,8 +46,9 @@ CandumpRead read_candump(const std::filesystem::path& file,
   }
   if (read.frames == 0) {
     const auto& sentences = read.passed_over.sentences;
-    throw sentences.empty() ? InputError(file, "holds no CAN frame; candump's text is needed here")
-                            : InputError("holds no CAN frame; candump's text is needed here: " + sentences.front());
+    throw sentences.empty()
+        ? InputError(file, "holds no CAN frame; candump's text is needed here")
+        : InputError("holds no CAN frame; candump's text is needed here: " + sentences.front());
   }
   return read;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -90,9 +91,10 @@ std::optional<std::string> compare(const OdometryOrigin& odometry, const fs::pat
     what = "has the poses of the file";
   }
   if (what == nullptr) return std::nullopt;
-  return fmt::format("the truth {} {} that was taken as odometry ({}): the figures say how far mapping left its "
-                     "start, not how near it came to the truth; map with --odometry none",
-                     truth.string(), what, odometry.path.string());
+  return fmt::format(
+      "the truth {} {} that was taken as odometry ({}): the figures say how far mapping left its "
+      "start, not how near it came to the truth; map with --odometry none",
+      truth.string(), what, odometry.path.string());
 }
 
 }  // namespace

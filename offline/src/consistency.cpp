@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "alces_offline/error.h"
-#include "alces_offline/input_file.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/input_file.h"
 #include "alces_offline/json_text.h"
 #include "alces_platform/parallel.h"
 
@@ -185,8 +185,8 @@ std::vector<ScanPair> read_pairs(const std::filesystem::path& file, std::size_t 
     };
     const nlohmann::json& entry = json[i];
     if (!entry.is_array() || entry.size() != 2 || !is_scan(entry[0]) || !is_scan(entry[1])) {
-      throw InputError(
-          file, fmt::format("entry {} is {}, not a pair of scans below {}", i, json_text(entry, -1), scan_count));
+      throw InputError(file, fmt::format("entry {} is {}, not a pair of scans below {}", i,
+                                         json_text(entry, -1), scan_count));
     }
     pairs.emplace_back(entry[0].get<std::uint32_t>(), entry[1].get<std::uint32_t>());
   }

@@ -184,9 +184,10 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   if (!is_whole) {
     std::error_code ignored;
     std::filesystem::remove(unfinished, ignored);
-    throw OutputError(recording, fmt::format("cannot be written ({}); is there room on the disk?",
-                                             std::generic_category().message(
-                                                 file.error_number() != 0 ? file.error_number() : EIO)));
+    throw OutputError(
+        recording,
+        fmt::format("cannot be written ({}); is there room on the disk?",
+                    std::generic_category().message(file.error_number() != 0 ? file.error_number() : EIO)));
   }
   std::error_code error;
   std::filesystem::rename(unfinished, recording, error);

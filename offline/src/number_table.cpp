@@ -44,7 +44,9 @@ bool writes_decimal_commas(std::string_view bytes) {
     const std::size_t stop = std::min(bytes.find('\n'), bytes.size());
     const std::string_view line = bytes.substr(0, stop);
     bytes.remove_prefix(std::min(stop + 1, bytes.size()));
-    if (line.find_first_not_of("0123456789+-.,;eE \t\r") != std::string_view::npos || line.find_first_of("0123456789") == std::string_view::npos) continue;
+    if (line.find_first_not_of("0123456789+-.,;eE \t\r") != std::string_view::npos ||
+        line.find_first_of("0123456789") == std::string_view::npos)
+      continue;
     return line.find(';') != std::string_view::npos && line.find(',') != std::string_view::npos &&
            line.find('.') == std::string_view::npos && line.find(", ") == std::string_view::npos;
   }
@@ -65,7 +67,8 @@ NumberTable NumberTable::read(const std::filesystem::path& file) {
   std::string bytes;
   read_file(file, bytes);
   NumberTable table;
-  if (writes_decimal_commas(without_byte_order_mark(bytes))) std::replace(bytes.begin(), bytes.end(), ',', '.');
+  if (writes_decimal_commas(without_byte_order_mark(bytes)))
+    std::replace(bytes.begin(), bytes.end(), ',', '.');
   const char* at = without_byte_order_mark(bytes).data();
   const char* const end = bytes.data() + bytes.size();
   bool may_be_named = true;  // one line of names, above all numbers

@@ -118,6 +118,10 @@ class ObjectDictionaryFileParser {
     }
     end_section();
     expand_compact();
+    if (result_.objects_.empty() && stray_line_ > 0) {
+      throw InputError(file_, stray_line_,
+                       "is neither a [section] nor Name=value; is this an EDS or DCF file?");
+    }
     if (result_.objects_.empty()) {
       throw InputError(file_, "holds no object such as [1000]; is this an EDS or DCF file?");
     }
@@ -150,10 +154,12 @@ class ObjectDictionaryFileParser {
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos) {
       warn(line_, "a line that is neither a [section] nor Name=value is passed over");
+      if (stray_line_ == 0) stray_line_ = line_;
       return;
     }
     if (!has_section_) {
       warn(line_, "a value before the first [section] is passed over");
+      if (stray_line_ == 0) stray_line_ = line_;
       return;
     }
     entries_[lower(trimmed(line.substr(0, equals)))] = {
@@ -303,6 +309,7 @@ class ObjectDictionaryFileParser {
   std::string section_;
   std::size_t section_line_ = 0;
   bool has_section_ = false;
+  std::size_t stray_line_ = 0;  ///< the first that says nothing; 0: none
   std::map<std::string, Entry> entries_;
   std::vector<Compact> compacts_;
   std::map<std::uint32_t, std::string> compact_names_;

@@ -123,8 +123,7 @@ class CsvReader {
       ++line_;
       const std::size_t stop = std::min(bytes.find('\n', at), bytes.size());
       const std::string_view text = trim(bytes.substr(at, stop - at));
-      if (is_first_ && !text.empty() && !is_comment(text) && writes_decimal_commas(text) &&
-          plain_.empty()) {
+      if (is_first_ && !text.empty() && !is_comment(text) && writes_decimal_commas(text) && plain_.empty()) {
         // from here on with points for commas; columns are then separated by something else
         plain_.assign(bytes.substr(at));
         std::replace(plain_.begin(), plain_.end(), ',', '.');
@@ -217,8 +216,8 @@ class CsvReader {
 
   /// Of the text that the cell lies in; a 0 stands there.
   [[nodiscard]] const char* end_of(std::string_view cell) const {
-    const bool is_plain = !plain_.empty() && cell.data() >= plain_.data() &&
-                          cell.data() < plain_.data() + plain_.size();
+    const bool is_plain =
+        !plain_.empty() && cell.data() >= plain_.data() && cell.data() < plain_.data() + plain_.size();
     return is_plain ? plain_.data() + plain_.size() : scan_.bytes.data() + scan_.bytes.size();
   }
 

@@ -94,10 +94,10 @@ BinaryRecord recognise_record(const ScanBytes& scan) {
   }
   const double negative = column_of(bytes, kitti, 3).negative_share;
   if (negative > intensities_may_be_negative) {
-    throw InputError(scan.file,
-                     fmt::format("{:.0f} % of every fourth number are negative, these are no intensities: its "
-                                 "records are not KITTI's; {}",
-                                 100 * negative, remedy));
+    throw InputError(
+        scan.file, fmt::format("{:.0f} % of every fourth number are negative, these are no intensities: its "
+                               "records are not KITTI's; {}",
+                               100 * negative, remedy));
   }
   return kitti;
 }
@@ -105,11 +105,11 @@ BinaryRecord recognise_record(const ScanBytes& scan) {
 void parse_kitti(const ScanBytes& scan, std::vector<Point>& points) {
   const BinaryRecord record = scan.reading.record ? *scan.reading.record : recognise_record(scan);
   if (scan.bytes.size() % record.bytes() != 0) {
-    throw InputError(scan.file,
-                     fmt::format("{} bytes are no multiple of {} ({} float{} a point); the file is cut off "
-                                 "after {} points or has other records: {}",
-                                 scan.bytes.size(), record.bytes(), record.numbers,
-                                 record.is_double ? 64 : 32, scan.bytes.size() / record.bytes(), remedy));
+    throw InputError(
+        scan.file, fmt::format("{} bytes are no multiple of {} ({} float{} a point); the file is cut off "
+                               "after {} points or has other records: {}",
+                               scan.bytes.size(), record.bytes(), record.numbers, record.is_double ? 64 : 32,
+                               scan.bytes.size() / record.bytes(), remedy));
   }
   points.resize(scan.bytes.size() / record.bytes());
   const NumberType type = record.is_double ? NumberType::f64 : NumberType::f32;

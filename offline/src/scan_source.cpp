@@ -123,10 +123,10 @@ class Probe {
       is_far = true;
     }
     if (is_far)
-      notes_.push_back(fmt::format("{}: coordinates are given from ({}, {}, {}) m on, all scans alike: floats "
-                                   "would lose them",
-                                   entry.file.string(), reading_.origin_m[0], reading_.origin_m[1],
-                                   reading_.origin_m[2]));
+      notes_.push_back(
+          fmt::format("{}: coordinates are given from ({}, {}, {}) m on, all scans alike: floats "
+                      "would lose them",
+                      entry.file.string(), reading_.origin_m[0], reading_.origin_m[1], reading_.origin_m[2]));
     return is_far;
   }
 
@@ -135,20 +135,22 @@ class Probe {
     if (entries_.size() < 2 || entry.format->parse == parse_las || reading_.scale != 1) return;
     std::vector<double> ranges_m;
     ranges_m.reserve(points.size());
-    for (const Point& point : points) ranges_m.push_back(std::hypot(point.x, point.y, point.z));
+    for (const Point& point : points)
+      ranges_m.push_back(static_cast<double>(std::hypot(point.x, point.y, point.z)));
     const double range_m = median(ranges_m);
     constexpr double farthest_m = 400;  // half of a scan's points are nearer, of any scanner on a vehicle
     constexpr double nearest_m = 0.25;
     const std::string name = entry.file.string();
     if (range_m > farthest_m) {
-      notes_.push_back(
-          fmt::format("{}: half of its points are farther than {:.0f} m; if its numbers are millimetres, give "
-                      "--scale 0.001, if centimetres, --scale 0.01",
-                      name, range_m));
+      notes_.push_back(fmt::format(
+          "{}: half of its points are farther than {:.0f} m; if its numbers are millimetres, give "
+          "--scale 0.001, if centimetres, --scale 0.01",
+          name, range_m));
     } else if (range_m > 0 && range_m < nearest_m && entry.format == &formats.front()) {
-      notes_.push_back(fmt::format("{}: half of its points are nearer than {:.2f} m; 3DTK's numbers are "
-                                   "centimetres, if these are metres, give --scale 100",
-                                   name, range_m));
+      notes_.push_back(
+          fmt::format("{}: half of its points are nearer than {:.2f} m; 3DTK's numbers are "
+                      "centimetres, if these are metres, give --scale 100",
+                      name, range_m));
     }
   }
 
@@ -351,11 +353,15 @@ class Opener {
     const auto is_written = [&](const fs::path& file) {
       return std::find(written.begin(), written.end(), file.filename().string()) != written.end();
     };
-    const auto is_scan = [&](const fs::path& file) { return format_of(file) != nullptr && !is_written(file); };
-    if (fs::is_regular_file(folder / "run.json", ignored) && std::any_of(files.begin(), files.end(), is_scan)) {
-      warnings_.push_back(fmt::format("{}: there is a map beside the scans; its files (map.ply, trajectory.tum "
-                                      "and others) are not read as scans or odometry",
-                                      folder.string()));
+    const auto is_scan = [&](const fs::path& file) {
+      return format_of(file) != nullptr && !is_written(file);
+    };
+    if (fs::is_regular_file(folder / "run.json", ignored) &&
+        std::any_of(files.begin(), files.end(), is_scan)) {
+      warnings_.push_back(
+          fmt::format("{}: there is a map beside the scans; its files (map.ply, trajectory.tum "
+                      "and others) are not read as scans or odometry",
+                      folder.string()));
       std::erase_if(files, is_written);
       has_map_beside_ = true;
     }
@@ -374,9 +380,10 @@ class Opener {
     std::vector<fs::path> kept;
     for (const fs::path& file : files) {
       if (is_map(file)) {
-        warnings_.push_back(fmt::format("{}: is called a map and has no number as the scans beside it have: it "
-                                        "is left out; name files to read it",
-                                        file.string()));
+        warnings_.push_back(
+            fmt::format("{}: is called a map and has no number as the scans beside it have: it "
+                        "is left out; name files to read it",
+                        file.string()));
       } else {
         kept.push_back(file);
       }
@@ -587,9 +594,10 @@ class Opener {
     const Association association = associate_stamps(stamps_s, trajectory.stamps_s, max_stamp_difference_s);
     if (association.pairs.empty()) {
       if (trajectory.size() == entries_.size())
-        warnings_.push_back(fmt::format("{}: none of its stamps is within {} s of one in the scans' names, as "
-                                        "of another clock; poses and scans are paired in their order",
-                                        file.string(), max_stamp_difference_s));
+        warnings_.push_back(
+            fmt::format("{}: none of its stamps is within {} s of one in the scans' names, as "
+                        "of another clock; poses and scans are paired in their order",
+                        file.string(), max_stamp_difference_s));
       return false;
     }
     for (const Association::Pair& pair : association.pairs)
@@ -597,10 +605,10 @@ class Opener {
     if (const std::size_t without = entries_.size() - association.pairs.size(); without > 0) {
       const auto first = std::find_if(entries_.begin(), entries_.end(),
                                       [](const Entry& entry) { return !entry.odometry.has_value(); });
-      warnings_.push_back(fmt::format("{}: has no pose within {} s of {} of {} scans, of which {} is the "
-                                      "first: no odometry for them",
-                                      file.string(), max_stamp_difference_s, without, entries_.size(),
-                                      first->file.filename().string()));
+      warnings_.push_back(fmt::format(
+          "{}: has no pose within {} s of {} of {} scans, of which {} is the "
+          "first: no odometry for them",
+          file.string(), max_stamp_difference_s, without, entries_.size(), first->file.filename().string()));
     }
     paired_by_ = fmt::format("stamp ({:.3g} s apart at most)", association.largest_time_difference_s);
     return true;

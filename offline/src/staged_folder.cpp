@@ -33,6 +33,15 @@ bool is_folder(const fs::path& path) {
   return fs::symlink_status(path, ignored).type() == fs::file_type::directory;
 }
 
+/// Of all entries, taken before any of them is moved.
+std::vector<fs::path> names_in(const fs::path& folder) {
+  std::vector<fs::path> names;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
+    names.push_back(entry.path().filename());
+  return names;
+}
+
 /// Its own file system, or a part of one bound to this place: neither can be renamed.
 bool is_mount_point(const fs::path& folder) {
   struct statx status {};
@@ -46,11 +55,10 @@ bool is_mount_point(const fs::path& folder) {
 }
 
 bool has_mount_point_inside(const fs::path& folder) {
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    if (is_folder(entry.path()) && is_mount_point(entry.path())) return true;
-  }
-  return false;
+  const std::vector<fs::path> names = names_in(folder);
+  return std::any_of(names.begin(), names.end(), [&](const fs::path& name) {
+    return is_folder(folder / name) && is_mount_point(folder / name);
+  });
 }
 
 /// Whoever stands in a folder would be left standing in the old one.
@@ -75,9 +83,11 @@ bool is_frames_file(const std::string& name) {
 }  // namespace
 
 bool StagedFolder::is_of_map(std::string_view name) {
-  constexpr std::array<std::string_view, 9> names = {
-      "trajectory.tum", "trajectory_without_loops.tum", "scans.csv",       "counters.csv", "graph.g2o",
-      "map.ply",        "run.json",                     "covariances.csv", "frames"};
+  constexpr std::array<std::string_view, 9> names = {"trajectory.tum", "trajectory_without_loops.tum",
+                                                     "scans.csv",      "counters.csv",
+                                                     "graph.g2o",      "map.ply",
+                                                     "run.json",       "covariances.csv",
+                                                     "frames"};
   if (name.ends_with(".part")) name.remove_suffix(5);  // of an OutputFile that was killed
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -108,7 +118,8 @@ void StagedFolder::choose_staging() {
   if (is_there && !may_write(folder_)) fail("cannot be written", EACCES);
   is_inside_ = is_there && (is_mount_point(folder_) || is_working_folder(folder_) || !may_write(parent) ||
                             has_mount_point_inside(folder_));
-  staging_ = is_inside_ ? folder_ / inside_name : parent / ("." + folder_.filename().string() + ".alces-part");
+  staging_ =
+      is_inside_ ? folder_ / inside_name : parent / ("." + folder_.filename().string() + ".alces-part");
 }
 
 /// Held until this object or the process ends.
@@ -129,16 +140,13 @@ void StagedFolder::recover() {
     if (!exists(folder_)) fs::rename(aside_, folder_, ignored);
   }
   for (const fs::path& left : {staging_, aside_}) {
-    if (!is_folder(left)) continue;
-    for (const fs::directory_entry& entry : fs::directory_iterator(left, ignored)) {
-      const std::string name = entry.path().filename().string();
-      if (is_ours_(name) || !is_folder(folder_) || exists(folder_ / name)) continue;
-      fs::rename(entry.path(), folder_ / name, ignored);
+    for (const fs::path& name : names_in(left)) {
+      if (is_ours_(name.string()) || !is_folder(folder_) || exists(folder_ / name)) continue;
+      fs::rename(left / name, folder_ / name, ignored);
     }
   }
   if (is_folder(aside_) && is_folder(folder_)) fs::remove_all(aside_, ignored);
-  for (const fs::directory_entry& entry : fs::directory_iterator(staging_, ignored))
-    fs::remove_all(entry.path(), ignored);
+  for (const fs::path& name : names_in(staging_)) fs::remove_all(staging_ / name, ignored);
 }
 
 /// A link to /dev/null where map.ply would be stays one, and so the points are not kept.
@@ -205,8 +213,8 @@ void StagedFolder::commit() {
   for (const fs::path& name : later) {
     fs::rename(old / name, folder_ / name, error);
     if (error)
-      throw OutputError(shown_, fmt::format("is written, but {} stayed in {} ({}); move it back", name.string(),
-                                            old.string(), error.message()));
+      throw OutputError(shown_, fmt::format("is written, but {} stayed in {} ({}); move it back",
+                                            name.string(), old.string(), error.message()));
   }
   fs::remove_all(old, error);
   sync(parent);
@@ -229,15 +237,11 @@ std::vector<fs::path> StagedFolder::carry_foreign() {
     }
     later.push_back(name);
   };
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
-    const fs::path name = entry.path().filename();
+  for (const fs::path& name : names_in(folder_))
     if (!is_ours_(name.string())) carry(name);
-  }
   if (is_folder(folder_ / "frames") && is_folder(staging_ / "frames")) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / "frames", error)) {
-      if (!is_frames_file(entry.path().filename().string())) carry("frames" / entry.path().filename());
-    }
+    for (const fs::path& name : names_in(folder_ / "frames"))
+      if (!is_frames_file(name.string())) carry("frames" / name);
   }
   struct stat status {};
   if (::stat(folder_.c_str(), &status) == 0) {

@@ -1,10 +1,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "alces_offline/error.h"
 #include "alces_offline/input_file.h"
@@ -162,21 +168,23 @@ Pose pose_of(const std::filesystem::path& file, std::size_t line, std::span<cons
 void settle_stamps(const std::filesystem::path& file, double a_second, Trajectory& trajectory) {
   const auto& stamps = trajectory.stamps_s;
   const double largest = *std::max_element(stamps.begin(), stamps.end());
-  if (a_second == 0) {
+  const bool has_unit = a_second != 0;
+  if (!has_unit) {
     a_second = 1;
     // in seconds these would be after the year 5000
     for (const double unit : {1e3, 1e6, 1e9})
       if (largest >= 1e8 * unit) a_second = unit;
     if (a_second > 1)
       trajectory.notes.push_back(fmt::format("{}: stamps as large as {:.0f} are taken as {}", file.string(),
-                                             largest, a_second == 1e3   ? "milliseconds"
-                                                      : a_second == 1e6 ? "microseconds"
-                                                                        : "nanoseconds"));
+                                             largest,
+                                             a_second == 1e3   ? "milliseconds"
+                                             : a_second == 1e6 ? "microseconds"
+                                                               : "nanoseconds"));
   }
   constexpr double least_epoch_s = 1e8;  // 1973; nobody has so many scans
-  trajectory.has_time = a_second > 1 || largest >= least_epoch_s ||
-                        std::any_of(stamps.begin(), stamps.end(),
-                                    [](double stamp) { return stamp != std::floor(stamp); });
+  trajectory.has_time =
+      has_unit || a_second > 1 || largest >= least_epoch_s ||
+      std::any_of(stamps.begin(), stamps.end(), [](double stamp) { return stamp != std::floor(stamp); });
   for (double& stamp : trajectory.stamps_s) stamp /= a_second;
 }
 

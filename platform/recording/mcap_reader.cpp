@@ -268,8 +268,7 @@ bool Reader::looks_like_chunk(Bytes record_and_more) {
   const ChunkHeader header = parse_chunk_header(record_and_more.subspan(record_header_bytes));
   const bool is_plain = header.compression.empty() && header.records_bytes == header.uncompressed_bytes;
   return header.is_there && (is_plain || can_unpack(header.compression)) && length <= maximum_record_bytes &&
-         header.crc != 0 &&
-         header.header_bytes + header.records_bytes == length;
+         header.crc != 0 && header.header_bytes + header.records_bytes == length;
 }
 
 void Reader::read_content(Opcode opcode, Bytes content) {
@@ -345,8 +344,8 @@ void Reader::read_chunk(Bytes content) {
     return;
   }
   chunk_ = records;
-  chunk_end_ = position() + record_header_bytes + header.header_bytes +
-               static_cast<std::size_t>(header.records_bytes);
+  chunk_end_ =
+      position() + record_header_bytes + header.header_bytes + static_cast<std::size_t>(header.records_bytes);
 }
 
 bool Reader::read_in_chunk(ReadMessage& message) {

@@ -61,7 +61,8 @@ LineReader::LineReader(const std::filesystem::path& file)
 bool LineReader::next(std::string_view& line) {
   line_.clear();
   if (!std::getline(stream_, line_)) {
-    if (stream_.bad()) throw TraceError(name_ + ": cannot be read on; what comes after is unknown, check the disk");
+    if (stream_.bad())
+      throw TraceError(name_ + ": cannot be read on; what comes after is unknown, check the disk");
     return false;
   }
   ++number_;

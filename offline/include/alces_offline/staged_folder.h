@@ -5,11 +5,11 @@
 // |---|---|
 // | nothing | the new folder gets the name |
 // | a folder | both change places at once (renameat2, RENAME_EXCHANGE); the old one is removed |
-// | ... on a file system without exchange | the old one is renamed, then the new one; a run that is killed between
-// |     these two is finished by the next |
-// | a link to a folder | the folder that it leads to is exchanged, the link stays |
-// | a mount point, the working folder or one above it, a folder with a mount point in it, one whose parent
-// |     may not be written | file by file, run.json first away and last back: a mix has no run.json |
+// | ... on a file system without exchange | the old one is renamed, then the new one; a run that is killed
+// between |     these two is finished by the next | | a link to a folder | the folder that it leads to is
+// exchanged, the link stays | | a mount point, the working folder or one above it, a folder with a mount
+// point in it, one whose parent |     may not be written | file by file, run.json first away and last back: a
+// mix has no run.json |
 //
 // Files of others in FOLDER stay: they get a second name in the new folder before the exchange. A device that
 // FOLDER has under the name of one of the files is written to.

@@ -390,8 +390,8 @@ Trajectory trajectory_of(const MapConversion& conversion) {
     case ConversionSource::cloud:
       break;
   }
-  const std::unique_ptr<ScanSource> scans = open_scans(
-      conversion.in, {.odometry = conversion.odometry, .no_odometry = conversion.no_odometry});
+  const std::unique_ptr<ScanSource> scans =
+      open_scans(conversion.in, {.odometry = conversion.odometry, .no_odometry = conversion.no_odometry});
   Trajectory trajectory;
   trajectory.has_time = true;
   for (std::size_t i = 0; i < scans->size(); ++i) {
@@ -516,7 +516,8 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
   // Whatever cannot be read is found before anything is written, where that is cheap.
   std::unique_ptr<ScanSource> scans;
   const bool is_streamed_ply = conversion.source == ConversionSource::cloud && extension == ".ply" &&
-                               !conversion.odometry && conversion.scale == 1 && has_binary_floats(conversion.in);
+                               !conversion.odometry && conversion.scale == 1 &&
+                               has_binary_floats(conversion.in);
   Origins origins;
   if (!is_streamed_ply &&
       (conversion.source == ConversionSource::scans || conversion.source == ConversionSource::cloud)) {
@@ -547,10 +548,11 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
   const bool has_floats =
       conversion.form == ConversionForm::kitti_scan || conversion.form == ConversionForm::mcap;
   if (has_floats && origins.cloud_m != Origin{})
-    report.warnings.push_back(fmt::format(
-        "{}: has floats, which cannot hold such coordinates: they are given from ({}, {}, {}) m on; write PLY, "
-        "PCD, LAS or CSV to have them whole",
-        conversion.out.string(), origins.cloud_m[0], origins.cloud_m[1], origins.cloud_m[2]));
+    report.warnings.push_back(
+        fmt::format("{}: has floats, which cannot hold such coordinates: they are given from ({}, {}, {}) m "
+                    "on; write PLY, "
+                    "PCD, LAS or CSV to have them whole",
+                    conversion.out.string(), origins.cloud_m[0], origins.cloud_m[1], origins.cloud_m[2]));
   return report;
 }
 

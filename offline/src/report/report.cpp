@@ -1,5 +1,5 @@
-#include "alces_offline/json_text.h"
 #include "alces_offline/report/report.h"
+#include "alces_offline/json_text.h"
 
 #include <fmt/format.h>
 

@@ -10,9 +10,9 @@
 // | csv | x,y,z,scan with a header | spreadsheets |
 // | kitti | float x y z, intensity 0 | KITTI's tools, LIO/LOAM code |
 //
-// Coordinates are REP 103's metres, as handed over, with the origin added: then ply and pcd have double x y z,
-// csv four decimals, LAS the origin as its offset; KITTI's floats cannot have it. Points that are not finite
-// are counted, not written.
+// Coordinates are REP 103's metres, as handed over, with the origin added: then ply and pcd have double x y
+// z, csv four decimals, LAS the origin as its offset; KITTI's floats cannot have it. Points that are not
+// finite are counted, not written.
 #pragma once
 
 #include <array>

@@ -139,8 +139,8 @@ class Reader {
   bool source_ended_ = false;
 
   std::vector<std::uint8_t> unpacked_;  ///< of the current chunk, where it is compressed
-  Bytes chunk_;                  ///< records of the current chunk that are still to be read
-  std::uint64_t chunk_end_ = 0;  ///< position in the file behind them
+  Bytes chunk_;                         ///< records of the current chunk that are still to be read
+  std::uint64_t chunk_end_ = 0;         ///< position in the file behind them
   bool chunk_is_cut_ = false;
   std::optional<ReadMessage> loose_message_;  ///< one outside of chunks
 

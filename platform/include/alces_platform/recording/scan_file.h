@@ -16,7 +16,7 @@ namespace alces {
 
 enum class ScanFileProblem : std::uint8_t {
   none,
-  cannot_make,     ///< the file
+  cannot_make,  ///< the file
   in_use,
   not_an_archive,  ///< it exists and is something else
   cannot_empty,

@@ -18,9 +18,9 @@ struct EventMergerOptions {
   /// source it is a clock that was set (as by NTP, once the network is there): the step is taken out of the
   /// stamps that follow, and told.
   std::int64_t longest_gap_ns = 24 * 3600 * std::int64_t{1'000'000'000};
+  bool align_starts = false;  ///< each source's first event comes at time 0: for clocks that nobody related
   /// Stamps of one source that fall back further are such a step, too.
   std::int64_t longest_fall_back_ns = 1'000'000'000;
-  bool align_starts = false;  ///< each source's first event comes at time 0: for clocks that nobody related
 };
 
 class EventMerger final : public EventSource {
