@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* inside_name = ".alces-part";
 
-bool exists(const fs::path& path) {
+bool is_anything(const fs::path& path) {
   std::error_code ignored;
   return fs::symlink_status(path, ignored).type() != fs::file_type::not_found;
 }
@@ -101,7 +101,7 @@ StagedFolder::StagedFolder(const fs::path& folder, IsOurs is_ours)
     folder_ = fs::canonical(folder_, error);
     if (error) throw OutputError(shown_, "is a link that leads nowhere; remove it");
   }
-  if (exists(folder_) && !is_folder(folder_))
+  if (is_anything(folder_) && !is_folder(folder_))
     throw OutputError(shown_, "the folder cannot be made (a file is in the way)");
   const fs::path parent = folder_.parent_path();
   make_folder(parent);
@@ -137,11 +137,11 @@ void StagedFolder::lock() {
 void StagedFolder::recover() {
   std::error_code ignored;
   if (is_folder(aside_)) {
-    if (!exists(folder_)) fs::rename(aside_, folder_, ignored);
+    if (!is_anything(folder_)) fs::rename(aside_, folder_, ignored);
   }
   for (const fs::path& left : {staging_, aside_}) {
     for (const fs::path& name : names_in(left)) {
-      if (is_ours_(name.string()) || !is_folder(folder_) || exists(folder_ / name)) continue;
+      if (is_ours_(name.string()) || !is_folder(folder_) || is_anything(folder_ / name)) continue;
       fs::rename(left / name, folder_ / name, ignored);
     }
   }
@@ -191,7 +191,7 @@ void StagedFolder::commit() {
   // one call for a thousand files; what it cannot put on the disk must not replace what is there
   if (::syncfs(lock_) != 0) fail("cannot be written", errno);
   const fs::path parent = folder_.parent_path();
-  if (!exists(folder_)) {
+  if (!is_anything(folder_)) {
     if (::rename(staging_.c_str(), folder_.c_str()) != 0) fail("cannot be written", errno);
     is_committed_ = true;
     sync(parent);
@@ -209,7 +209,7 @@ void StagedFolder::commit() {
   }
   is_committed_ = true;
   std::error_code error;
-  const fs::path old = exists(staging_) ? staging_ : aside_;
+  const fs::path old = is_anything(staging_) ? staging_ : aside_;
   for (const fs::path& name : later) {
     fs::rename(old / name, folder_ / name, error);
     if (error)
@@ -227,7 +227,7 @@ std::vector<fs::path> StagedFolder::carry_foreign() {
     const fs::path from = folder_ / name;
     const fs::path to = staging_ / name;
     std::error_code error;
-    if (exists(to)) return;
+    if (is_anything(to)) return;
     if (fs::is_symlink(from, error)) {
       fs::copy_symlink(from, to, error);
       if (!error) return;
@@ -288,12 +288,13 @@ void StagedFolder::replace_file_by_file() {
   std::vector<fs::path> gone;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
     const fs::path name = entry.path().filename();
-    if (name != inside_name && is_ours_(name.string()) && !exists(staging_ / name)) gone.push_back(name);
+    if (name != inside_name && is_ours_(name.string()) && !is_anything(staging_ / name)) gone.push_back(name);
   }
   if (is_folder(folder_ / "frames") && is_folder(staging_ / "frames")) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / "frames", error)) {
       const fs::path name = "frames" / entry.path().filename();
-      if (is_frames_file(entry.path().filename().string()) && !exists(staging_ / name)) gone.push_back(name);
+      if (is_frames_file(entry.path().filename().string()) && !is_anything(staging_ / name))
+        gone.push_back(name);
     }
   }
   for (const fs::path& name : gone) fs::remove_all(folder_ / name, error);
