@@ -413,7 +413,7 @@ TEST_CASE("explain-can prints a line a frame and a summary, for people and for m
   CHECK(objects[4]["summary"]["frames"] == 4);
 }
 
-TEST_CASE("explain-can refuses what it cannot read in one sentence") {
+TEST_CASE("explain-can says in one sentence what it cannot read") {
   const TemporaryFolder folder;
   folder.write("good.txt", "can0 181 [0]\n");
   folder.write("empty.txt", "");
@@ -428,7 +428,7 @@ TEST_CASE("explain-can refuses what it cannot read in one sentence") {
   };
   expect("nowhere.txt", 3, "nowhere.txt");
   expect("empty.txt", 3, "empty.txt");
-  expect("cut.txt", 3, "cut.txt:2:");
+  expect("cut.txt", 0, "cut.txt:2:");  // passed over and told
   expect("good.txt --dcf nowhere.dcf", 3, "nowhere.dcf");
   expect("good.txt --dcf prose.dcf", 3, "prose.dcf:1:");
   expect("good.txt --dcf empty.dcf", 3, "empty.dcf");
