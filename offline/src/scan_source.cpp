@@ -436,6 +436,7 @@ class Opener {
 
   // Which of several is odometry, and which truth, is not to be guessed.
   void warn_of_unused_trajectories() {
+    if (has_map_beside_) return;  // its own, and that is said
     const fs::path parent = entries_.front().file.parent_path();
     const fs::path folder = parent.empty() ? fs::path(".") : parent;
     std::string names;

@@ -311,7 +311,8 @@ void take_scans(ScanSource& scans, const Origin& poses_origin_m, ScanTaker& take
     if (i + 1 >= scans.size()) break;
   }
   report.warnings = scans.warnings();
-  if (without_pose > 0 && report.scans > 1)
+  // scans of a national grid are where they belong without one
+  if (without_pose > 0 && report.scans > 1 && scans.origin_m() == Origin{})
     report.warnings.push_back(
         fmt::format("{} of {} scans have no pose and are put at the origin; give them with --odometry",
                     without_pose, report.scans));
