@@ -360,7 +360,7 @@ class FailingSource final : public ByteSource {
 
 TEST_CASE("a read that fails is an error and no end") {
   const Bytes whole = sample_recording(event_count);
-  FailingSource source(std::span(whole).first(whole.size() / 2));
+  FailingSource source({whole.data(), whole.size() / 2});
   const RecordingSummary summary = summarise_recording(source);
   CHECK(summary.read_error == EIO);
   CHECK_FALSE(summary.is_whole);
