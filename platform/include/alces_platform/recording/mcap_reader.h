@@ -3,8 +3,8 @@
 // No summary is needed. A file that was cut is read to the last whole message before the cut, inside an
 // unfinished chunk too. A chunk whose CRC is wrong is passed over and counted. Where a record makes no sense,
 // reading goes on at the next thing that looks like a chunk and has the right CRC. Unknown records are passed
-// over, lengths are believed only as far as there are bytes. Compressed chunks are passed over and counted:
-// this project writes none, and `mcap decompress` undoes it.
+// over, lengths are believed only as far as there are bytes. Chunks that zstd or lz4 packed are unpacked;
+// others are passed over and counted. This project packs none.
 //
 // Memory: the largest record, at most maximum_record_bytes.
 #pragma once
