@@ -14,6 +14,7 @@
 #include "alces_offline/calibrate/calibration.h"
 #include "alces_offline/calibrate/slice_picture.h"
 #include "alces_offline/error.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/stop_signal.h"
 #include "command.h"
@@ -224,7 +225,7 @@ void calibrate_drive(const Options& options) {
   if (!calibration.lasers.has_converged)
     fmt::print(stderr, "alces: warning: the iteration did not come to rest; look at the pictures\n");
   if (options.json)
-    fmt::print("{}\n", json_of(calibration).dump(2));
+    fmt::print("{}\n", json_text(json_of(calibration)));
   else
     print(calibration);
   if (!options.pictures.empty()) draw(calibration, options.pictures);

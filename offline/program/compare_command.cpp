@@ -12,12 +12,14 @@
 #include <vector>
 
 #include "alces_offline/byte_size.h"
+#include "alces_offline/circular_truth.h"
 #include "alces_offline/compare/experiment.h"
 #include "alces_offline/compare/plots.h"
 #include "alces_offline/compare/tables.h"
 #include "alces_offline/drive_replay.h"
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/mapper_settings.h"
 #include "alces_offline/memory_plan.h"
 #include "alces_offline/output_file.h"
@@ -125,7 +127,7 @@ Input open_input(const Options& options) {
   } else {
     input.map.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
     ScanSourceOptions source_options;
-    if (!options.odometry.empty()) source_options.odometry = options.odometry;
+    choose_odometry(options.odometry, source_options);
     input.scans = open_scans(options.input, source_options);
   }
   if (!options.config.empty()) read_settings(options.config, input.map.config);
@@ -188,6 +190,9 @@ void compare(const Options& options) {
     request.truth =
         read_scan_truth(options.truth, scans, options.align == "first" ? Alignment::first : Alignment::none,
                         options.max_time_difference_s);
+  std::optional<std::string> circular;
+  if (request.truth) circular = why_circular(*input.scans, options.truth, request.truth->truth_from_body);
+  if (circular) fmt::print(stderr, "alces: warning: {}\n", *circular);
   request.watched = watched_scans(options.watch, scans);
   request.measures_consistency = options.consistency || options.truth.empty();
   if (!options.pairs.empty()) request.revisits = read_pairs(options.pairs, scans.size());
@@ -208,11 +213,12 @@ void compare(const Options& options) {
   for (const std::string& warning : result.warnings) fmt::print(stderr, "alces: warning: {}\n", warning);
 
   const ExperimentFacts facts{scans.description(),       options.truth, options.front_end,
-                              to_json(input.map.config), ALCES_VERSION, command_line()};
+                              to_json(input.map.config), ALCES_VERSION, command_line(),
+                              circular.value_or("")};
   if (!result.rows.empty()) {
     write_tables(options.out, result, facts);
-    fmt::print("{}",
-               options.json ? experiment_json(result, facts).dump(2) + "\n" : markdown_tables(result, facts));
+    fmt::print("{}", options.json ? json_text(experiment_json(result, facts)) + "\n"
+                                  : markdown_tables(result, facts));
     std::fflush(stdout);
     if (!options.no_plots) {
       const PlotReport plots = write_plots(options.out, result, request);

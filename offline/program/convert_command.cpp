@@ -15,6 +15,9 @@
 #include "alces_offline/convert/convert_map.h"
 #include "alces_offline/convert/recording_file.h"
 #include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/scan_source.h"
+#include "alces_offline/staged_folder.h"
 #include "alces_platform/replay/recording_source.h"
 #include "alces_platform/replay/trace_folder.h"
 #include "alces_platform/replay/trace_writer.h"
@@ -57,6 +60,8 @@ struct Options {
   std::string out;
   std::string to;
   std::string odometry;
+  double scale = 1;
+  std::string format;
   std::string stamps = "auto";
   std::string gpiomon = "2";
   std::vector<std::string> lines;
@@ -150,6 +155,7 @@ void copy_recording(const Options& options) {
   const std::uint64_t total = fs::file_size(options.in);
   RecordedMessage message;
   while (reader.next(message)) {
+    if (std::holds_alternative<ForeignRecord>(message.content)) continue;  // may be of another clock
     writer.advance_to(message.handed_on_ns);
     std::visit(
         [&writer](const auto& content) {
@@ -166,6 +172,7 @@ void copy_recording(const Options& options) {
         message.content);
     progress(static_cast<std::size_t>(reader.file().counters().bytes), static_cast<std::size_t>(total));
   }
+  check_read(options.in, file.error_number());
   TraceProblems problems;
   for (const std::string& sentence : reader.problems()) problems.add(options.in + ": " + sentence);
   if (reader.counters().messages_missing > 0)
@@ -218,6 +225,7 @@ void to_traces(const Options& options) {
   if (is_file) {
     TraceFileWriter writer(out, writer_options(options));
     hand_on(traces, writer, events);
+    require_events(events, traces, options.in);
     writer.finish();
     print_problems(traces.events->problems());
     fmt::print("{} -> {}: {} events", options.in, options.out, writer.events());
@@ -226,10 +234,17 @@ void to_traces(const Options& options) {
     fmt::print("\n");
     return;
   }
-  TraceFolderWriter writer(out, writer_options(options), traces.utc_offset_ns);
-  hand_on(traces, writer, events);
-  if (!traces.configuration.empty()) writer.write_configuration(traces.configuration);
-  writer.finish();
+  StagedFolder stage(out, is_trace_name);
+  TraceFolderWriter writer(stage.staging(), writer_options(options), traces.utc_offset_ns);
+  try {
+    hand_on(traces, writer, events);
+    if (!traces.configuration.empty()) writer.write_configuration(traces.configuration);
+    writer.finish();
+  } catch (const TraceWriteError& error) {
+    throw TraceWriteError(stage.renamed(error.what()));
+  }
+  require_events(events, traces, options.in);
+  stage.commit();
   print_problems(traces.events->problems());
   if (writer.frames_altered() > 0)
     fmt::print(stderr, "alces: warning: {} frames that no bus carries are not the same in candump's text\n",
@@ -287,8 +302,13 @@ std::optional<MapConversion> map_conversion(const Options& options) {
   if (!source)
     throw UsageError(
         fmt::format("{} is no map, cloud, trajectory or pose graph; --to is for these", options.in));
-  MapConversion conversion{options.in, options.out, *source, *form, {}};
-  if (!options.odometry.empty()) conversion.odometry = options.odometry;
+  MapConversion conversion{options.in, options.out, *source, *form};
+  ScanSourceOptions reading;
+  choose_odometry(options.odometry, reading);
+  conversion.odometry = reading.odometry;
+  conversion.no_odometry = reading.no_odometry;
+  conversion.scale = options.scale;
+  conversion.scan_format = options.format;
   return conversion;
 }
 
@@ -349,7 +369,12 @@ void add_convert_command(CLI::App& alces) {
   verb->add_option("--to", options->to, "the form of OUT, where its name does not say it")
       ->check(CLI::IsMember(
           {"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o", "toro", "mcap"}));
-  verb->add_option("--odometry", options->odometry, "poses of the scans, instead of those beside them");
+  verb->add_option("--odometry", options->odometry,
+                   "poses of the scans, instead of those beside them; none: no poses at all");
+  verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")
+      ->check(CLI::Range(1e-9, 1e9))
+      ->capture_default_str();
+  verb->add_option("--format", options->format, "of the scans, as alces map has it");
   verb->add_option("--gpiomon", options->gpiomon, "the form of gpiomon's text to write: of libgpiod 1 or 2")
       ->check(CLI::IsMember({"1", "2"}))
       ->capture_default_str();

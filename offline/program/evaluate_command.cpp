@@ -6,10 +6,13 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 
+#include "alces_offline/circular_truth.h"
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/map_entropy.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/scan_source.h"
@@ -39,7 +42,8 @@ constexpr const char* footer = R"(Examples:
 
 Absolute errors compare scan by scan. 'rotation' is the angle between the two orientations; the paper's figure,
 arccos|q . q_ref| of the quaternions, is half of it and stands beside it. RPE is the error of the motion over
---rpe-delta scans and does not depend on --align.
+--rpe-delta scans and does not depend on --align. Where the truth is what the map took as odometry (the same file, or the same
+poses), the figures are no measure of accuracy, and the evaluation says so.
 
 Consistency: for a pair of scans at their map poses, the distance of every third point of the one to its nearest
 neighbour in the other (within 1 m), along that neighbour's normal; the median over the points, then over the pairs.
@@ -89,7 +93,12 @@ void write_per_scan(const std::string& path, const Trajectory& estimate, const A
 void evaluate_against_truth(const Options& options) {
   const Trajectory estimate = read_trajectory(options.trajectory);
   const Trajectory truth = read_trajectory(options.truth);
+  for (const Trajectory* read : {&estimate, &truth})
+    for (const std::string& note : read->notes) fmt::print(stderr, "alces: {}\n", note);
   const Association association = associate(estimate, truth, options.max_time_difference_s);
+  const std::optional<std::string> circular =
+      why_circular(options.trajectory, options.truth, truth, association);
+  if (circular) fmt::print(stderr, "alces: warning: {}\n", *circular);
 
   std::vector<Pose> estimate_poses;
   std::vector<Pose> truth_poses;
@@ -110,8 +119,12 @@ void evaluate_against_truth(const Options& options) {
                                  {"align", name(options.alignment)},
                                  {"associated", association.pairs.size()},
                                  {"unassociated", unassociated},
-                                 {"associated_by", association.by_index ? "index" : "stamp"},
+                                 {"associated_by", association.by_index    ? "index"
+                                                   : association.by_number ? "number"
+                                                                           : "stamp"},
                                  {"largest_time_difference_s", association.largest_time_difference_s},
+                                 {"truth_was_odometry", circular.has_value()},
+                                 {"circular", circular ? nlohmann::json(*circular) : nlohmann::json()},
                                  {"absolute",
                                   {{"translation_m", to_json(absolute.translation_m)},
                                    {"translation_xy_m", to_json(absolute.translation_xy_m)},
@@ -121,12 +134,14 @@ void evaluate_against_truth(const Options& options) {
                                   {{"delta_scans", relative.delta},
                                    {"translation_m", to_json(relative.translation_m)},
                                    {"rotation_deg", to_json(relative.rotation_deg)}}}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return;
   }
-  fmt::print("{} poses associated by {}", association.pairs.size(), association.by_index ? "index" : "stamp");
+  fmt::print("{}", text(association));
   if (unassociated > 0) fmt::print(", {} without a counterpart left out", unassociated);
-  fmt::print("; alignment: {}\n\n", name(options.alignment));
+  fmt::print("; alignment: {}\n", name(options.alignment));
+  if (circular) fmt::print("NO MEASURE OF ACCURACY: {}\n", *circular);
+  fmt::print("\n");
   fmt::print("  {:<34}{:>10}   {:<10}{:>10}{:>10}{:>10}\n", "", "mean", "std.dev.", "median", "rmse", "max");
   print_row("translation", "m", absolute.translation_m);
   print_row("translation, x and y only", "m", absolute.translation_xy_m);
@@ -196,7 +211,7 @@ void evaluate_consistency(const Options& options) {
                                 {"median_m", group.median_m ? nlohmann::json(*group.median_m) : nullptr},
                                 {"residuals", std::move(pairs)}});
     }
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return;
   }
   fmt::print("{} scans, median residual along normals ({:.1f} s)\n\n", scans->size(), seconds);

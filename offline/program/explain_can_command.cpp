@@ -12,6 +12,7 @@
 #include "alces_offline/candump_lines.h"
 #include "alces_offline/error.h"
 #include "alces_offline/explain_can.h"
+#include "alces_offline/json_text.h"
 #include "command.h"
 
 namespace alces::offline {
@@ -108,7 +109,7 @@ void explain(const Options& options) {
   }
   std::map<std::string, CanExplainer> buses;
   Summary summary;
-  read_candump(options.trace, [&](const CandumpLine& line) {
+  const CandumpRead read = read_candump(options.trace, [&](const CandumpLine& line) {
     CanExplainer& bus = buses.try_emplace(line.channel, dictionary, node).first->second;
     const CanExplanation explanation = bus.explain(line.frame);
     ++summary.frames;
@@ -119,7 +120,7 @@ void explain(const Options& options) {
       summary.abnormal.emplace_back(line.line, explanation.text);
     }
     if (options.json) {
-      fmt::print("{}\n", json_of(line, explanation).dump());
+      fmt::print("{}\n", json_text(json_of(line, explanation), -1));
       return;
     }
     const std::string stamp = line.stamp_s ? fmt::format("{:.6f}  ", *line.stamp_s) : "";
@@ -127,13 +128,19 @@ void explain(const Options& options) {
     fmt::print("{}{}{:<20} {} {}\n", stamp, channel, candump_text(line.frame),
                explanation.is_abnormal ? '!' : ' ', explanation.text);
   });
+  std::fflush(stdout);
+  for (const std::string& sentence : read.passed_over.sentences) fmt::print(stderr, "alces: {}\n", sentence);
+  if (const std::uint64_t more = read.passed_over.count - read.passed_over.sentences.size(); more > 0)
+    fmt::print(stderr, "alces: {} more lines are no frames\n", more);
   for (const auto& [channel, bus] : buses) {
     for (const std::string& matter : bus.open_matters()) {
       summary.open.push_back(buses.size() > 1 ? channel + ": " + matter : matter);
     }
   }
   if (options.json) {
-    fmt::print("{}\n", Json{{"summary", json_of(summary)}}.dump());
+    Json last = {{"summary", json_of(summary)}};
+    last["summary"]["lines_passed_over"] = read.passed_over.count;
+    fmt::print("{}\n", json_text(last, -1));
   } else {
     print(summary);
   }

@@ -16,6 +16,8 @@
 
 #include "alces_drivers/stamp.h"
 #include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/scan_source.h"
 #include "alces_offline/stored_scan_file.h"
 #include "alces_offline/trajectory.h"
@@ -35,7 +37,7 @@ constexpr const char* footer = R"(Examples:
   alces info drive.mcap            a recorded drive: duration, messages by topic, whether it is whole
   alces info graph.g2o --json      a pose graph (g2o, TORO), for machines
 
-Also: trajectories (TUM, KITTI, 4x4 matrices, 3DTK) and single scans (PLY, PCD, 3DTK, KITTI, CSV).)";
+Also: trajectories (TUM, KITTI, 4x4 matrices, 3DTK) and single scans (PLY, PCD, LAS, 3DTK, KITTI, CSV).)";
 
 class Extent {
  public:
@@ -172,6 +174,7 @@ Json describe_graph(const fs::path& file) {
       if (std::abs(from - to) != 1) ++not_between_neighbours;
     }
   }
+  if (stream.bad()) throw InputError(file, "cannot be read to its end; check the disk");
   if (vertices + edges == 0)
     throw InputError(file, "holds no VERTEX and no EDGE lines; is this a pose graph?");
   Json json;
@@ -192,9 +195,9 @@ std::string utc_text(std::int64_t utc_ns) {
 
 /// The members of run.json; long lists become their length, loops are counted by what became of them.
 Json summary_of_run(const fs::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError(file, "cannot be opened for reading");
-  const Json run = Json::parse(stream, nullptr, false);
+  std::string bytes;
+  read_file(file, bytes);
+  const Json run = Json::parse(bytes, nullptr, false);
   if (!run.is_object()) throw InputError(file, "is no JSON object; map the scans again");
   Json summary;
   for (const auto& [key, value] : run.items()) {
@@ -269,6 +272,7 @@ Json describe_recording(const fs::path& file) {
   FileSource source(file.c_str());
   if (!source.is_open()) throw InputError(file, "cannot be opened for reading");
   const RecordingSummary summary = summarise_recording(source);
+  check_read(file, summary.read_error);
   if (!summary.is_recording) {
     throw InputError(file, summary.problems.empty() ? "is no recording (MCAP)" : summary.problems.front());
   }
@@ -319,7 +323,7 @@ Json describe(const fs::path& path) {
   if (extension == ".mcap") return with_kind("recording", path, describe_recording(path));
   if (extension == ".g2o" || extension == ".graph")
     return with_kind("pose graph", path, describe_graph(path));
-  for (const char* scan : {".3d", ".pcd", ".ply", ".bin", ".xyz", ".asc"}) {
+  for (const char* scan : {".3d", ".pcd", ".ply", ".las", ".bin", ".xyz", ".asc"}) {
     if (extension == scan) return scans();
   }
   if (extension != ".csv") return trajectory();
@@ -347,18 +351,18 @@ void print(const Json& json, int indent) {
       fmt::print("{}{}:\n", margin, key);
       print(value, indent + 2);
     } else if (value.is_array() && value.size() == 2 && value[0].is_number()) {
-      fmt::print("{}{}: {} to {}\n", margin, key, value[0].dump(), value[1].dump());
+      fmt::print("{}{}: {} to {}\n", margin, key, json_text(value[0], -1), json_text(value[1], -1));
     } else if (value.is_array()) {
       fmt::print("{}{}:\n", margin, key);
       for (const Json& entry : value) {
-        fmt::print("{}  {}\n", margin, entry.is_string() ? entry.get<std::string>() : entry.dump());
+        fmt::print("{}  {}\n", margin, entry.is_string() ? entry.get<std::string>() : json_text(entry, -1));
       }
     } else if (value.is_string()) {
       fmt::print("{}{}: {}\n", margin, key, value.get<std::string>());
     } else if (value.is_number_float()) {
       fmt::print("{}{}: {:.3f}\n", margin, key, value.get<double>());
     } else {
-      fmt::print("{}{}: {}\n", margin, key, value.dump());
+      fmt::print("{}{}: {}\n", margin, key, json_text(value, -1));
     }
   }
 }
@@ -380,7 +384,7 @@ void add_info_command(CLI::App& alces) {
     if (!fs::exists(options->path)) throw InputError(options->path, "does not exist; check the path");
     const Json json = describe(fs::path(options->path));
     if (options->json) {
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}\n", json_text(json));
     } else {
       print(json, 0);
     }

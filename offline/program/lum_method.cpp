@@ -69,7 +69,15 @@ std::unique_ptr<ScanSource> open_scans_of(const MapGraph& map, const LumOptions&
       options.scans.empty() ? source_of_map(map.folder, map.report) : options.scans;
   const nlohmann::json::json_pointer replay("/source/replay");
   const bool was_replayed = map.report.is_object() && map.report.contains(replay);
-  if (!was_replayed && paths.front().extension() != ".mcap") return open_scans(paths);
+  if (!was_replayed && paths.front().extension() != ".mcap") {
+    ScanSourceOptions reading;  // as for the map
+    const nlohmann::json::json_pointer place("/source/reading");
+    if (map.report.is_object() && map.report.contains(place)) {
+      reading.scale = map.report[place].value("scale", 1.0);
+      reading.format = map.report[place].value("format", "");
+    }
+    return open_scans(paths, reading);
+  }
   DriveReplayOptions drive_options;
   if (was_replayed) {
     const nlohmann::json& how = map.report[replay];

@@ -2,6 +2,7 @@
 // sentence on stderr and an exit status.
 #include <fmt/core.h>
 
+#include <cstdio>
 #include <exception>
 #include <new>
 #include <string>
@@ -34,7 +35,7 @@ constexpr const char* footer = R"(Examples:
 
 Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 a device failed or a file cannot be written.)";
 
-enum ExitStatus : int { done = 0, defect = 1, usage = 2, capacity = 4 };
+enum ExitStatus : int { done = 0, defect = 1, usage = 2, capacity = 4, output = 5 };
 
 int complain(int status, const std::string& sentence) {
   if (processes().rank() == 0) fmt::print(stderr, "alces: {}\n", sentence);
@@ -71,6 +72,9 @@ int run(int argc, char** argv) {
 
   try {
     alces.parse(argc, argv);
+    // what went to a full disk is not said
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      return complain(output, "standard output cannot be written; the answer is not whole");
     return done;
   } catch (const CLI::Success& success) {  // --help, --version
     return alces.exit(success);

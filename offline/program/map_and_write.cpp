@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +11,7 @@
 #include <utility>
 
 #include "alces_offline/error.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/stop_signal.h"
 #include "scan_progress.h"
@@ -28,6 +30,21 @@ void print_warnings(const std::vector<std::string>& warnings) {
                warnings.size() - most_warnings);
 }
 
+/// Of a drive without a map, as of a laser alone: what its devices went through is worth knowing all the
+/// same.
+void print_drive(const nlohmann::json& drive, bool json) {
+  if (json) {
+    fmt::print("{}\n", json_text(nlohmann::json{{"drive", drive}}));
+  } else {
+    fmt::print("counters of the drive\n");
+    for (const auto& [part, counters] : drive["counters"].items()) {
+      for (const auto& [counter, value] : counters.items())
+        if (value != 0) fmt::print("  {}.{}: {}\n", part, counter, value.get<std::uint64_t>());
+    }
+  }
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 std::vector<std::string> command_line() {
@@ -40,12 +57,12 @@ std::vector<std::string> command_line() {
 void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesystem::path& out,
                    ProgramFacts program, bool json, const std::function<void(ProgramFacts&)>& describe) {
   const StopSignal stop;
-  prepare_map_folder(out);
+  StagedFolder stage(out);  // can it be written? Nothing changes there before the map is whole.
   MapRequest request = asked;
   request.is_stopped = [&stop] { return stop.received() != 0; };
   std::optional<ScratchArchive> scratch;
-  // On the desk a drive is mapped to its end, in the memory that is given.
-  if (!asked.archive) request.archive = out / "scans.archive";
+  // On the desk a drive is mapped to its end, in the memory that is given: what it has no room for lies beside.
+  if (!asked.archive) request.archive = stage.staging().string() + ".archive";
   MapRun run(scans, request);
   if (!asked.archive) scratch.emplace(*request.archive);  // now it is ours: the run overwrites no other file
   {
@@ -55,6 +72,8 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   }
   print_warnings(run.warnings());
   if (run.mapper().scan_count() == 0) {
+    if (describe) describe(program);
+    if (!program.drive.is_null()) print_drive(program.drive, json);
     if (run.problem()) throw Error(*run.problem());
     throw InputError(
         fmt::format("none of the scans could be mapped ({}); nothing is written", scans.description()));
@@ -62,12 +81,12 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   if (describe) describe(program);
   nlohmann::json report;
   try {
-    report = write_map_folder(out, run, program);
+    report = write_map_folder(stage, run, program);
   } catch (const Error&) {
     if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
     throw;
   }
-  fmt::print("{}", json ? report.dump(2) + "\n" : run_summary(run, report));
+  fmt::print("{}", json ? json_text(report) + "\n" : run_summary(run, report));
   const std::uint32_t archived = run.mapper().store_counters().archived_scans;
   if (scratch && archived > 0 && !json)
     fmt::print("  the pool was full after {} scans; the others went to {}, which is removed again\n",

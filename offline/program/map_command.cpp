@@ -1,5 +1,6 @@
 // alces map: scans in, a loop-closed map out.
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 #include <string>
@@ -25,6 +26,8 @@ struct Options {
   std::vector<std::filesystem::path> scans;
   std::string out;
   std::string odometry;
+  double scale = 1;
+  std::string format;
   std::string front_end = "default";
   std::string loop_optimizer = "elch";
   std::string memory = "64MiB";
@@ -37,13 +40,18 @@ struct Options {
 constexpr const char* footer = R"(Examples:
   alces map scans/ --out town                            a folder of scans -> the map folder town/
   alces map scans/ --out town --odometry drive.tum       poses from a file instead of those beside the scans
+  alces map scans/ --out town --odometry none            without poses, also where some lie beside the scans
+  alces map scans/ --out town --scale 0.001              scans whose coordinates are millimetres
+  alces map sweeps/ --out town --format float32x5        five float32 a point and no header, as nuScenes has them
   alces map scans/ --out town --front-end paper          ICP and sharing out as they were published
   alces map scans/ --out town --memory 16MiB             as on a small board: what does not fit goes to the disk
   alces map --print-config > map.toml                    every number, to be changed and given with --config
 
-SCANS is a folder or several files: 3DTK uos, PCD, PLY, KITTI .bin, CSV. The map folder holds trajectory.tum (the poses),
-graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops); its files are
-replaced one by one, each when it is whole. The frame is REP 103's, metres, the origin is the first scan.
+SCANS is a folder or several files: 3DTK uos, PCD, PLY, LAS, KITTI .bin, CSV. Poses belong to scans by the stamps in the files'
+names (a number with decimals, or since 1970), else by their numbers, else by their order; a line says which. run.json keeps which
+file was the odometry, so that 'alces evaluate' can tell when it is taken for the truth, too. The map folder holds trajectory.tum (the poses),
+graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops). It is written beside OUT and takes
+its place when it is whole; files of others in OUT stay. The frame is REP 103's, metres, the origin is the first scan.
 
 --loop-optimizer toro or hogman puts the optimisers that ELCH's paper compares with into LOA's place, for comparison; they
 work outside of --memory. Detecting, matching and believing loops stay as they are. none closes no loops.
@@ -79,10 +87,11 @@ void map_scans(const Options& options) {
   if (options.out.empty()) throw UsageError("--out is missing; name the folder that the map is written to");
 
   const MapRequest map_request = request(options);
-  ScanSourceOptions source_options;
-  if (!options.odometry.empty()) source_options.odometry = options.odometry;
+  ScanSourceOptions source_options = {.scale = options.scale, .format = options.format};
+  choose_odometry(options.odometry, source_options);
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
-  nlohmann::json source = {{"paths", nlohmann::json::array()}};
+  nlohmann::json source = {{"paths", nlohmann::json::array()},
+                           {"reading", {{"scale", options.scale}, {"format", options.format}}}};
   for (const std::filesystem::path& path : options.scans)
     source["paths"].push_back(std::filesystem::absolute(path).lexically_normal().string());
   map_and_write(scans, map_request, options.out,
@@ -97,7 +106,15 @@ void add_map_command(CLI::App& alces) {
   verb->footer(footer);
   verb->add_option("SCANS", options->scans, "a folder of scans, or scan files");
   verb->add_option("--out", options->out, "the map folder to write");
-  verb->add_option("--odometry", options->odometry, "rough poses: TUM, KITTI, 3DTK or 4x4 matrices");
+  verb->add_option("--odometry", options->odometry,
+                   "rough poses: TUM, KITTI, 3DTK or 4x4 matrices; none: not those beside the scans either");
+  verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")
+      ->check(CLI::Range(1e-9, 1e9))
+      ->capture_default_str();
+  verb->add_option("--format", options->format,
+                   "of the scans, where their names do not say it: " +
+                       fmt::format("{}", fmt::join(scan_format_names(), ", ")) +
+                       ", or float32xN, float64xN: N numbers a point, the first three x y z");
   verb->add_option("--front-end", options->front_end, "how scans are matched")
       ->check(CLI::IsMember({"default", "paper"}))
       ->capture_default_str();

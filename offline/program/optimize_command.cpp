@@ -20,6 +20,7 @@
 #include "alces_offline/graph/hogman.h"
 #include "alces_offline/graph/map_graph.h"
 #include "alces_offline/graph/toro.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/stop_signal.h"
 #include "command.h"
 #include "lum_method.h"
@@ -261,7 +262,10 @@ void optimize(const CLI::App& verb, const Options& options) {
     map = read_map_graph(options.input);
     graph = map->graph;
   } else {
-    graph = read_graph(options.input).graph;
+    GraphFile file = read_graph(options.input);
+    graph = std::move(file.graph);
+    if (!file.has_poses)
+      fmt::print(stderr, "alces: {}: has edges and no poses; they start along the edges\n", options.input);
   }
 
   const double before = chi_squared(graph);
@@ -299,7 +303,7 @@ void optimize(const CLI::App& verb, const Options& options) {
   }
   if (outcome.lum) finish_lum(*outcome.lum, *map, options.out);
   if (options.json) {
-    fmt::print("{}\n", report.dump(2));
+    fmt::print("{}\n", json_text(report));
   } else if (!outcome.keeps_edges) {
     fmt::print("{}: {} scans in {:.2f} s, {}\n", options.out, graph.vertices.size(), seconds,
                outcome.sentence);

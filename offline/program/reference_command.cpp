@@ -2,15 +2,18 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/reference/building_outlines.h"
 #include "alces_offline/reference/reference_map.h"
@@ -67,6 +70,18 @@ std::vector<std::optional<Pose>> start_poses(const Options& options, const ScanS
   return start;
 }
 
+/// Outlines in a national grid: whole kilometres, as of clouds.
+Eigen::Vector3d origin_of(const std::vector<Building>& buildings) {
+  constexpr double farthest_exact_m = 10'000;
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
+  if (buildings.empty() || buildings.front().rings.empty() || buildings.front().rings.front().empty())
+    return origin_m;
+  const Eigen::Vector2d& corner = buildings.front().rings.front().front();
+  for (Eigen::Index axis = 0; axis < 2; ++axis)
+    if (std::abs(corner(axis)) > farthest_exact_m) origin_m(axis) = std::floor(corner(axis) / 1000) * 1000;
+  return origin_m;
+}
+
 void reference(const Options& options) {
   const bool has_parts = !options.buildings.empty() || !options.airborne.empty();
   if (options.inputs.size() != (has_parts ? 1U : 2U))
@@ -75,16 +90,27 @@ void reference(const Options& options) {
   ScanSourceOptions source_options;
   if (!options.start.empty()) source_options.odometry = options.start;
   PrefetchingScanSource scans(open_scans(fs::path(options.inputs.back()), source_options));
-  const std::vector<std::optional<Pose>> start = start_poses(options, scans);
+  std::vector<std::optional<Pose>> start = start_poses(options, scans);
   { const OutputFile trial(options.out); }  // can it be written? never committed
 
   std::vector<std::string> warnings;
   std::vector<Point> points;
-  if (!has_parts) points = read_cloud(options.inputs.front(), warnings);
-  if (!options.airborne.empty()) points = read_cloud(options.airborne, warnings);
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  // of clouds, outlines and poses alike
+  if (!has_parts || !options.airborne.empty()) {
+    ReferenceCloud cloud =
+        read_cloud(has_parts ? fs::path(options.airborne) : fs::path(options.inputs.front()), warnings);
+    points = std::move(cloud.points);
+    origin_m = cloud.origin_m;
+  }
   if (!options.buildings.empty()) {
-    const std::vector<Building> buildings = read_building_outlines(
+    std::vector<Building> buildings = read_building_outlines(
         options.buildings, options.height_m > 0 ? std::optional<double>(options.height_m) : std::nullopt);
+    if (options.airborne.empty()) origin_m = origin_of(buildings);
+    for (Building& building : buildings) {
+      building.base_m -= origin_m.z();
+      for (auto& ring : building.rings)
+        for (Eigen::Vector2d& corner : ring) corner -= origin_m.head<2>();
+    }
     const std::vector<Point> walls = extrude_walls(buildings, options.spacing_m);
     points.insert(points.end(), walls.begin(), walls.end());
   }
@@ -92,6 +118,8 @@ void reference(const Options& options) {
   points = {};
   for (const std::string& warning : warnings) fmt::print(stderr, "alces: warning: {}\n", warning);
 
+  for (std::optional<Pose>& pose : start)
+    if (pose) pose->translation_m -= origin_m;
   const StopSignal stop;
   ReferenceRun run;
   {
@@ -101,6 +129,7 @@ void reference(const Options& options) {
         [&](std::size_t done, std::size_t total) { progress(done, total); },
         [&] { return stop.received() != 0; });
   }
+  for (ReferencePose& pose : run.poses) pose.map_from_body.translation_m += origin_m;
   write_reference_poses(options.out, scans, run, options.all);
 
   std::size_t trusted = 0;
@@ -117,7 +146,7 @@ void reference(const Options& options) {
         {"out", options.out},           {"map_points", map.given()}, {"map_points_kept", map.tree().size()},
         {"scans", run.poses.size()},    {"trusted", trusted},        {"median_overlap", median(overlaps)},
         {"median_rms_m", median(rms_m)}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
   } else {
     fmt::print("map: {} points, {} of them kept\n{} of {} scans have a pose to be trusted", map.given(),
                map.tree().size(), trusted, run.poses.size());

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "alces_offline/json_text.h"
 #include "alces_offline/render.h"
 #include "alces_offline/trajectory.h"
 #include "command.h"
@@ -44,7 +45,7 @@ void render(Options& options) {
                                  {"outside", report.outside},
                                  {"loops_accepted", report.loops_accepted},
                                  {"loops_refused", report.loops_refused}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return;
   }
   fmt::print("{}: {} x {} pixels, {} points", options.png, report.width_px, report.height_px, report.points);

@@ -8,6 +8,7 @@
 
 #include "alces_offline/byte_size.h"
 #include "alces_offline/error.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/report/report.h"
 #include "command.h"
 
@@ -78,7 +79,7 @@ void report(const Options& options) {
                                  {"far_off", summary.far_off},
                                  {"loops_closed", summary.loops_closed},
                                  {"loops_refused", summary.loops_refused}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return;
   }
   fmt::print("{}: {:.1f} MB, {} of {} points{}; {} loops closed, {} refused\n", options.html,

@@ -17,26 +17,40 @@ replay::LineReader open_lines(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::size_t read_candump(const std::filesystem::path& file,
+CandumpRead read_candump(const std::filesystem::path& file,
                          const std::function<void(const CandumpLine&)>& take) {
   replay::LineReader lines = open_lines(file);
-  std::size_t frames = 0;
+  CandumpRead read;
   std::string_view text;
-  while (lines.next(text)) {
+  const auto next = [&] {
+    try {
+      return lines.next(text);
+    } catch (const replay::TraceError& error) {
+      throw InputError(error.what());
+    }
+  };
+  while (next()) {
     if (replay::is_candump_remark(text)) continue;
     replay::CandumpLine parsed;
-    if (const std::string wrong = replay::parse_candump_line(text, parsed); !wrong.empty())
-      throw InputError(file, lines.number(), wrong);
+    if (const std::string wrong = replay::parse_candump_line(text, parsed); !wrong.empty()) {
+      read.passed_over.add(lines.problem(wrong));
+      continue;
+    }
     CandumpLine line;
     line.line = lines.number();
     if (parsed.stamp_ns) line.stamp_s = 1e-9 * static_cast<double>(*parsed.stamp_ns);
     line.channel = parsed.interface;
     line.frame = parsed.frame;
     take(line);
-    ++frames;
+    ++read.frames;
   }
-  if (frames == 0) throw InputError(file, "holds no CAN frame; candump's text is needed here");
-  return frames;
+  if (read.frames == 0) {
+    const auto& sentences = read.passed_over.sentences;
+    throw sentences.empty()
+        ? InputError(file, "holds no CAN frame; candump's text is needed here")
+        : InputError("holds no CAN frame; candump's text is needed here: " + sentences.front());
+  }
+  return read;
 }
 
 }  // namespace alces::offline

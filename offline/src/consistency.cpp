@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <nanoflann.hpp>
@@ -13,6 +12,8 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/input_file.h"
+#include "alces_offline/json_text.h"
 #include "alces_platform/parallel.h"
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -173,9 +174,9 @@ Revisits find_revisits(std::span<const Pose> map_from_scan, const RevisitSetting
 }
 
 std::vector<ScanPair> read_pairs(const std::filesystem::path& file, std::size_t scan_count) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError(file, "cannot be opened for reading");
-  const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+  std::string bytes;
+  read_file(file, bytes);
+  const nlohmann::json json = nlohmann::json::parse(bytes, nullptr, false);
   if (!json.is_array()) throw InputError(file, "is no JSON list of pairs [[a, b], ...]");
   std::vector<ScanPair> pairs;
   for (std::size_t i = 0; i < json.size(); ++i) {
@@ -184,8 +185,8 @@ std::vector<ScanPair> read_pairs(const std::filesystem::path& file, std::size_t 
     };
     const nlohmann::json& entry = json[i];
     if (!entry.is_array() || entry.size() != 2 || !is_scan(entry[0]) || !is_scan(entry[1])) {
-      throw InputError(
-          file, fmt::format("entry {} is {}, not a pair of scans below {}", i, entry.dump(), scan_count));
+      throw InputError(file, fmt::format("entry {} is {}, not a pair of scans below {}", i,
+                                         json_text(entry, -1), scan_count));
     }
     pairs.emplace_back(entry[0].get<std::uint32_t>(), entry[1].get<std::uint32_t>());
   }

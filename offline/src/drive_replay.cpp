@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
 #include "alces_platform/recording/recording_reader.h"
 #include "alces_platform/replay/player.h"
 #include "alces_platform/settings/settings_error.h"
@@ -91,6 +92,7 @@ void DriveReplay::survey(const std::filesystem::path& drive, const replay::Trace
     bool has_begun = false;
     if (reader.open()) {
       while (reader.next(message)) {
+        if (std::holds_alternative<ForeignRecord>(message.content)) continue;  // may be of another clock
         if (!has_begun) begin_ns_ = message.handed_on_ns;
         has_begun = true;
         end_ns_ = message.handed_on_ns;
@@ -99,6 +101,7 @@ void DriveReplay::survey(const std::filesystem::path& drive, const replay::Trace
           dropped_.insert(scan->number);
       }
     }
+    check_read(drive, file.error_number());
   } else {
     const replay::Traces traces = replay::open_traces(drive, reading);
     Event event;

@@ -181,12 +181,16 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
     now_ns += step_ns;
     rig.advance_to(now_ns, host);
   }
-  const bool is_whole = host.recorder->finish() && file.close();
+  const bool is_stalled = host.recorder->is_stalled();
+  const bool is_whole = host.recorder->finish() && !is_stalled && file.error_number() == 0 &&
+                        host.recorder->file_counters().chunks_lost == 0 && file.sync() && file.close();
   if (!is_whole) {
     std::error_code ignored;
     std::filesystem::remove(unfinished, ignored);
-    throw OutputError(recording, fmt::format("cannot be written ({}); is there room on the disk?",
-                                             std::generic_category().message(file.error_number())));
+    throw OutputError(
+        recording,
+        fmt::format("cannot be written ({}); is there room on the disk?",
+                    std::generic_category().message(file.error_number() != 0 ? file.error_number() : EIO)));
   }
   std::error_code error;
   std::filesystem::rename(unfinished, recording, error);

@@ -31,8 +31,28 @@ Association associate_by_index(std::size_t count) {
   return association;
 }
 
-Association associate_by_stamp(std::span<const double> estimate_s, std::span<const double> truth_s,
-                               double max_difference_s) {
+bool counts_up(const Trajectory& trajectory) {
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (trajectory.stamps_s[i] != static_cast<double>(i)) return false;
+  }
+  return true;
+}
+
+/// Whole numbers of a file may be seconds as well as scan numbers; the other trajectory's times tell.
+bool are_both_times(const Trajectory& a, const Trajectory& b) {
+  if (a.has_time == b.has_time) return a.has_time;
+  const Trajectory& numbers = a.has_time ? b : a;
+  const Trajectory& times = a.has_time ? a : b;
+  if (!numbers.has_stamps || counts_up(numbers)) return false;
+  const auto [first, last] = std::minmax_element(times.stamps_s.begin(), times.stamps_s.end());
+  return std::any_of(numbers.stamps_s.begin(), numbers.stamps_s.end(),
+                     [&](double stamp) { return stamp >= *first && stamp <= *last; });
+}
+
+}  // namespace
+
+Association associate_stamps(std::span<const double> estimate_s, std::span<const double> truth_s,
+                             double max_difference_s) {
   struct Candidate {
     double difference_s;
     Association::Pair pair;
@@ -65,6 +85,8 @@ Association associate_by_stamp(std::span<const double> estimate_s, std::span<con
             [](const auto& a, const auto& b) { return a.estimate < b.estimate; });
   return association;
 }
+
+namespace {
 
 /// Least squares over the positions (Umeyama 1991, scale 1).
 Pose align_positions(std::span<const Pose> estimate, std::span<const Pose> truth) {
@@ -142,32 +164,32 @@ Association associate(const Trajectory& estimate, const Trajectory& truth, doubl
   if (estimate.size() == 0 || truth.size() == 0) {
     throw InputError(fmt::format("the {} holds no poses", estimate.size() == 0 ? "trajectory" : "truth"));
   }
-  const bool both_have_time = estimate.has_time && truth.has_time;
+  const bool both_have_time = are_both_times(estimate, truth);
+  if (!both_have_time && estimate.has_stamps && truth.has_stamps && !estimate.has_time && !truth.has_time) {
+    Association by_number = associate_stamps(estimate.stamps_s, truth.stamps_s, 0);
+    by_number.by_number = true;
+    if (by_number.pairs.size() == estimate.size() && estimate.size() == truth.size()) return by_number;
+  }
   if (!both_have_time && estimate.size() == truth.size()) return associate_by_index(estimate.size());
-  if (estimate.has_time != truth.has_time) {
+  if (!both_have_time && estimate.has_time != truth.has_time) {
     throw InputError(
         fmt::format("the trajectory has {} poses, the truth {}, and only the {} has times: give a truth "
                     "with times or with as many poses",
                     estimate.size(), truth.size(), truth.has_time ? "truth" : "trajectory"));
   }
   if (!both_have_time) {
-    const auto counts_up = [](const Trajectory& trajectory) {
-      for (std::size_t i = 0; i < trajectory.size(); ++i) {
-        if (trajectory.stamps_s[i] != static_cast<double>(i)) return false;
-      }
-      return true;
-    };
     if (counts_up(estimate) && counts_up(truth)) {
       throw InputError(
           fmt::format("the trajectory has {} poses, the truth {}, and neither has times to associate them "
                       "by: give a truth with as many poses, or scan numbers or times to both",
                       estimate.size(), truth.size()));
     }
-    Association by_number = associate_by_stamp(estimate.stamps_s, truth.stamps_s, 0);
+    Association by_number = associate_stamps(estimate.stamps_s, truth.stamps_s, 0);
+    by_number.by_number = true;
     if (by_number.pairs.empty()) throw InputError("trajectory and truth have no scan number in common");
     return by_number;
   }
-  Association by_time = associate_by_stamp(estimate.stamps_s, truth.stamps_s, max_time_difference_s);
+  Association by_time = associate_stamps(estimate.stamps_s, truth.stamps_s, max_time_difference_s);
   if (by_time.pairs.empty()) {
     const auto [first, last] = std::minmax_element(estimate.stamps_s.begin(), estimate.stamps_s.end());
     const auto [truth_first, truth_last] = std::minmax_element(truth.stamps_s.begin(), truth.stamps_s.end());
@@ -177,6 +199,14 @@ Association associate(const Trajectory& estimate, const Trajectory& truth, doubl
                     *truth_first, *truth_last, max_time_difference_s, *first, *last));
   }
   return by_time;
+}
+
+std::string text(const Association& association) {
+  const std::size_t count = association.pairs.size();
+  const std::string what = fmt::format("{} {} associated by ", count, count == 1 ? "pose" : "poses");
+  if (association.by_index) return what + "index";
+  if (association.by_number) return what + "number";
+  return what + fmt::format("stamp ({:.3g} s apart at most)", association.largest_time_difference_s);
 }
 
 Pose truth_from_map(std::span<const Pose> estimate, std::span<const Pose> truth, Alignment alignment) {

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <set>
-#include <system_error>
 
 #include "alces_offline/error.h"
-#include "alces_offline/input_file.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/map_writer.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/run_report.h"
@@ -73,38 +71,7 @@ ScanTable scan_table(const MapRun& run) {
   return table;
 }
 
-// What an earlier run.json claims does not hold once the first of its files is replaced; should a later one
-// fail, no claim at all is the truth.
-void withdraw_claim(const fs::path& run_json) {
-  std::error_code error;
-  if (!fs::is_regular_file(run_json, error)) return;  // none yet, or a device or pipe that keeps nothing
-  fs::remove(run_json, error);
-  if (error) throw OutputError(run_json, "cannot be replaced (" + error.message() + ")");
-}
-
-}  // namespace
-
-void prepare_map_folder(const fs::path& folder) {
-  make_folder(folder);
-  make_folder(folder / "frames");
-  const OutputFile trial(folder / "run.json");  // never committed: leaves nothing, and what is there stays
-  const OutputFile trial_frame(folder / "frames" / "scan000.frames");
-}
-
-void remove_other_frames(const fs::path& folder, const Trajectory& trajectory) {
-  std::set<std::uint64_t> numbers;
-  for (std::size_t i = 0; i < trajectory.size(); ++i)
-    numbers.insert(trajectory.has_time ? i : static_cast<std::uint64_t>(trajectory.stamps_s[i]));
-  for (const fs::path& file : list_files(folder)) {
-    const std::string name = file.filename().string();
-    const auto number = number_in_name(file);
-    std::error_code ignored;
-    if (number && numbers.count(*number) == 0 && name == fmt::format("scan{:03}.frames", *number))
-      fs::remove(file, ignored);
-  }
-}
-
-nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const ProgramFacts& program) {
+nlohmann::json write_files(const fs::path& folder, MapRun& run, const ProgramFacts& program) {
   std::map<std::string, double> write_s;
   const auto timed = [&](const char* name, const auto& write) {
     const auto begin = std::chrono::steady_clock::now();
@@ -112,15 +79,11 @@ nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const Progr
     write_s[name] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   const Trajectory trajectory = run.trajectory();
-  withdraw_claim(folder / "run.json");
   timed("trajectory.tum", [&] { write_tum(folder / "trajectory.tum", trajectory); });
   timed("trajectory_without_loops.tum",
         [&] { write_tum(folder / "trajectory_without_loops.tum", run.trajectory_without_loops()); });
   timed("scans.csv", [&] { write_scan_table(folder / "scans.csv", scan_table(run)); });
-  if (program.drive_counters_csv.empty()) {
-    std::error_code ignored;  // of an earlier replay into the same folder
-    fs::remove(folder / "counters.csv", ignored);
-  } else {
+  if (!program.drive_counters_csv.empty()) {
     timed("counters.csv", [&] {
       OutputFile file(folder / "counters.csv");
       file.write(program.drive_counters_csv);
@@ -128,17 +91,35 @@ nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const Progr
     });
   }
   timed("graph.g2o", [&] { write_g2o(folder / "graph.g2o", run.mapper().graph()); });
-  timed("frames", [&] {
-    write_3dtk_frames(folder / "frames", trajectory);
-    remove_other_frames(folder / "frames", trajectory);
-  });
+  timed("frames", [&] { write_3dtk_frames(folder / "frames", trajectory); });
   timed("map.ply", [&] { write_points(folder / "map.ply", run); });
   timed("scans.alces", [&] { write_stored_scans(folder / "scans.alces", run); });
   nlohmann::json report = run_report(run, program, write_s);
   OutputFile file(folder / "run.json");
-  file.write(report.dump(2) + "\n");
+  file.write(json_text(report) + "\n");
   file.commit();
   return report;
+}
+
+}  // namespace
+
+void prepare_map_folder(const fs::path& folder) {
+  const StagedFolder trial(folder);  // never committed: leaves nothing, and what is there stays
+}
+
+nlohmann::json write_map_folder(const fs::path& folder, MapRun& run, const ProgramFacts& program) {
+  StagedFolder stage(folder);
+  return write_map_folder(stage, run, program);
+}
+
+nlohmann::json write_map_folder(StagedFolder& stage, MapRun& run, const ProgramFacts& program) {
+  try {
+    nlohmann::json report = write_files(stage.staging(), run, program);
+    stage.commit();
+    return report;
+  } catch (const OutputError& error) {
+    throw OutputError(stage.renamed(error.what()));
+  }
 }
 
 }  // namespace alces::offline

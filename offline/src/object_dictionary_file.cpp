@@ -31,6 +31,14 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+/// "0x7  ; a remark": what stands before a semicolon with a blank in front.
+std::string_view without_remark(std::string_view value) {
+  for (std::size_t at = value.find(';'); at != std::string_view::npos; at = value.find(';', at + 1)) {
+    if (at == 0 || value[at - 1] == ' ' || value[at - 1] == '\t') return trimmed(value.substr(0, at));
+  }
+  return value;
+}
+
 /// Decimal, 0x..., octal with a leading 0 (decimal where it has an 8 or a 9: files written by hand).
 std::optional<std::int64_t> plain_number(std::string_view text) {
   int base = 10;
@@ -110,6 +118,10 @@ class ObjectDictionaryFileParser {
     }
     end_section();
     expand_compact();
+    if (result_.objects_.empty() && stray_line_ > 0) {
+      throw InputError(file_, stray_line_,
+                       "is neither a [section] nor Name=value; is this an EDS or DCF file?");
+    }
     if (result_.objects_.empty()) {
       throw InputError(file_, "holds no object such as [1000]; is this an EDS or DCF file?");
     }
@@ -141,10 +153,17 @@ class ObjectDictionaryFileParser {
     }
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos) {
-      throw InputError(file_, line_, "is neither a [section] nor Name=value; is this an EDS or DCF file?");
+      warn(line_, "a line that is neither a [section] nor Name=value is passed over");
+      if (stray_line_ == 0) stray_line_ = line_;
+      return;
     }
-    if (!has_section_) throw InputError(file_, line_, "a value stands before the first [section]");
-    entries_[lower(trimmed(line.substr(0, equals)))] = {std::string(trimmed(line.substr(equals + 1))), line_};
+    if (!has_section_) {
+      warn(line_, "a value before the first [section] is passed over");
+      if (stray_line_ == 0) stray_line_ = line_;
+      return;
+    }
+    entries_[lower(trimmed(line.substr(0, equals)))] = {
+        std::string(without_remark(trimmed(line.substr(equals + 1)))), line_};
   }
 
   void end_section() {
@@ -290,6 +309,7 @@ class ObjectDictionaryFileParser {
   std::string section_;
   std::size_t section_line_ = 0;
   bool has_section_ = false;
+  std::size_t stray_line_ = 0;  ///< the first that says nothing; 0: none
   std::map<std::string, Entry> entries_;
   std::vector<Compact> compacts_;
   std::map<std::uint32_t, std::string> compact_names_;

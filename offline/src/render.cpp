@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
 #include "cairo_png.h"
 #include "ply_stream.h"
 #include "render_points.h"
@@ -39,9 +39,9 @@ struct Map {
 std::vector<Loop> read_loops(const std::filesystem::path& file, std::size_t scan_count) {
   std::vector<Loop> loops;
   if (!std::filesystem::exists(file)) return loops;
-  std::ifstream stream(file);
-  if (!stream) throw InputError(file, "cannot be opened for reading");
-  const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+  std::string bytes;
+  read_file(file, bytes);
+  const nlohmann::json json = nlohmann::json::parse(bytes, nullptr, false);
   if (!json.is_object()) throw InputError(file, "is no JSON object; map the scans again");
   if (!json.contains("loops")) return loops;
   for (const nlohmann::json& entry : json["loops"]) {

@@ -114,6 +114,25 @@ Json counters(const MapRun& run) {
           {"gps_not_finite", mapper.gps_not_finite}};
 }
 
+/// Which poses the map was started from, and enough of them to know them again in another file: an evaluation
+/// against these is none.
+Json odometry(const MapRun& run) {
+  const std::optional<OdometryOrigin> origin = run.source().odometry_origin();
+  if (!origin) return nullptr;
+  Json json = {{"path", std::filesystem::absolute(origin->path).lexically_normal().string()},
+               {"digest", origin->digest},
+               {"paired_by", origin->paired_by},
+               {"sample", Json::array()}};
+  constexpr std::size_t samples = 16;
+  const std::size_t count = run.mapped().size();
+  for (std::size_t i = 0; i < std::min(samples, count); ++i) {
+    const std::size_t row = i * (count - 1) / std::max<std::size_t>(1, std::min(samples, count) - 1);
+    const std::optional<Pose> pose = run.source().odometry(run.mapped()[row].source_index);
+    if (pose) json["sample"].push_back({{"row", row}, {"pose", pose_numbers(*pose)}});
+  }
+  return json;
+}
+
 }  // namespace
 
 Json run_report(const MapRun& run, const ProgramFacts& program,
@@ -122,6 +141,8 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["program"] = {{"name", "alces"}, {"version", program.version}, {"command_line", program.command_line}};
   json["source"] = {{"description", run.source().description()}, {"scans", run.source().size()}};
   json["source"].update(program.source);
+  json["source"]["odometry"] = odometry(run);
+  json["origin_m"] = run.source().origin_m();
   json["front_end"] = program.front_end;
   json["loop_optimizer"] = name(run.loop_back_end());
   json["settings"] = to_json(run.mapper().config());
@@ -174,6 +195,7 @@ std::string run_summary(const MapRun& run, const Json& report) {
   line(fmt::format("{} of {} scans mapped, {:.1f} m, in {:.2f} s ({:.0f} scans a second)",
                    run.mapper().scan_count(), run.source().size(), run.length_m(), run_s,
                    static_cast<double>(run.mapper().scan_count()) / std::max(run_s, 1e-9)));
+  line(run.source().description());
   line(fmt::format("loops: {} closed, {} refused", counters.loops_closed,
                    counters.loops_offered - counters.loops_closed));
   for (const LoopReport& loop : run.mapper().loops()) {

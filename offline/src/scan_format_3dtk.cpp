@@ -68,10 +68,11 @@ bool is_header(std::string_view line) {
 
 void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points) {
   points.clear();
-  const char* at = scan.bytes.data();
-  const char* const end = at + scan.bytes.size();
+  const std::string_view bytes = without_byte_order_mark(scan.bytes);
+  const char* at = bytes.data();
+  const char* const end = at + bytes.size();
   std::size_t line = 1;
-  const std::string_view first_line = scan.bytes.substr(0, scan.bytes.find('\n'));
+  const std::string_view first_line = bytes.substr(0, bytes.find('\n'));
   double promised = -1;
   if (is_header(first_line)) {
     std::string_view rest = first_line;
@@ -105,8 +106,7 @@ void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points) {
         }
         at = next;
       }
-      points.push_back({static_cast<float>(cm[2] / cm_per_m), static_cast<float>(-cm[0] / cm_per_m),
-                        static_cast<float>(cm[1] / cm_per_m)});
+      points.push_back(scan.reading.point(cm[2] / cm_per_m, -cm[0] / cm_per_m, cm[1] / cm_per_m));
     }
     while (*at != '\n' && at != end) ++at;
   }

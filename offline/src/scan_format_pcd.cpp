@@ -177,9 +177,9 @@ class HeaderReader {
                                there, promised));
 }
 
-float coordinate(const char* at, NumberType type) {
-  if (type == NumberType::f32) return load<float>(at, std::endian::little);
-  return static_cast<float>(load_number(at, type, std::endian::little));
+double coordinate(const char* at, NumberType type) {
+  if (type == NumberType::f32) return static_cast<double>(load<float>(at, std::endian::little));
+  return load_number(at, type, std::endian::little);
 }
 
 void parse_binary(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
@@ -190,9 +190,9 @@ void parse_binary(const ScanBytes& scan, const Header& header, std::vector<Point
   points.resize(header.points);
   const char* at = data.data();
   for (Point& point : points) {
-    point = {coordinate(at + header.xyz[0].offset, header.xyz[0].type),
-             coordinate(at + header.xyz[1].offset, header.xyz[1].type),
-             coordinate(at + header.xyz[2].offset, header.xyz[2].type)};
+    point = scan.reading.point(coordinate(at + header.xyz[0].offset, header.xyz[0].type),
+                               coordinate(at + header.xyz[1].offset, header.xyz[1].type),
+                               coordinate(at + header.xyz[2].offset, header.xyz[2].type));
     at += header.point_bytes;
   }
 }
@@ -227,7 +227,7 @@ void parse_compressed(const ScanBytes& scan, const Header& header, std::vector<P
     const auto at = [&](const Column& column) {
       return coordinate(bytes.data() + column.offset * points.size() + i * size_of(column.type), column.type);
     };
-    points[i] = {at(header.xyz[0]), at(header.xyz[1]), at(header.xyz[2])};
+    points[i] = scan.reading.point(at(header.xyz[0]), at(header.xyz[1]), at(header.xyz[2]));
   }
 }
 
@@ -239,7 +239,7 @@ void parse_ascii(const ScanBytes& scan, const Header& header, std::vector<Point>
   while (points.size() < header.points) {
     while (is_blank(*at) || *at == '\n') line += *at++ == '\n' ? 1U : 0U;
     if (at >= end) fail_truncated(scan, points.size(), header.points);
-    std::array<float, 3> xyz{};
+    std::array<double, 3> xyz{};
     for (std::size_t place = 0; place < header.numbers; ++place) {
       while (is_blank(*at)) ++at;
       double value = 0;
@@ -250,11 +250,11 @@ void parse_ascii(const ScanBytes& scan, const Header& header, std::vector<Point>
                                      place + 1, header.numbers));
       }
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (header.xyz.at(axis).place == place) xyz.at(axis) = static_cast<float>(value);
+        if (header.xyz.at(axis).place == place) xyz.at(axis) = value;
       }
       at = next;
     }
-    points.push_back({xyz[0], xyz[1], xyz[2]});
+    points.push_back(scan.reading.point(xyz[0], xyz[1], xyz[2]));
     while (*at != '\n' && at != end) ++at;
   }
 }

@@ -132,15 +132,15 @@ void read_vertices(const ScanBytes& scan, Body& body, const PlyElement& vertex, 
     points.reserve(vertex.count);
   }
   for (std::uint64_t i = 0; i < vertex.count; ++i) {
-    std::array<float, 4> xyz{};
+    std::array<double, 4> xyz{};
     for (std::size_t p = 0; p < axis_of.size(); ++p) {
       const PlyProperty& property = vertex.properties[p];
       double value = 0;
       const bool there = property.list_count ? body.skip_list(property) : body.number(property.type, value);
       if (!there) fail_truncated(i);
-      xyz.at(axis_of[p]) = static_cast<float>(value);
+      xyz.at(axis_of[p]) = value;
     }
-    points.push_back({xyz[0], xyz[1], xyz[2]});
+    points.push_back(scan.reading.point(xyz[0], xyz[1], xyz[2]));
   }
 }
 

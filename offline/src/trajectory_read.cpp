@@ -1,10 +1,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "alces_offline/error.h"
 #include "alces_offline/input_file.h"
@@ -39,11 +45,115 @@ void check_rotation(const std::filesystem::path& file, std::size_t line, const E
   }
 }
 
-// Quaterniond of numbers x y z w
-Pose tum_pose(const std::filesystem::path& file, std::size_t line, std::span<const double> row) {
+/// Where in a line the numbers of a pose stand.
+struct PoseColumns {
+  std::optional<std::size_t> stamp;
+  std::array<std::size_t, 3> position{};
+  std::array<std::size_t, 4> quaternion{};  ///< x y z w
+  double stamps_a_second = 1;               ///< as its name says the unit; 0: it does not
+};
+
+constexpr PoseColumns tum_columns = {0, {1, 2, 3}, {4, 5, 6, 7}, 0};
+
+/// "q_RS_w []" is axis w of "q_rs"; "tx" axis x of "t"; "pose.position.x" axis x of "pose.position".
+struct AxisName {
+  std::string of;
+  char axis = 0;
+};
+
+AxisName axis_name(const std::string& cell) {
+  AxisName name;
+  for (const char c : cell.substr(0, cell.find_first_of("[("))) {
+    if (c != ' ') name.of.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  }
+  if (name.of.size() > 2 && name.of.ends_with("_m")) name.of.resize(name.of.size() - 2);
+  if (name.of.empty()) return name;
+  name.axis = name.of.back();
+  name.of.pop_back();
+  while (!name.of.empty() && (name.of.back() == '_' || name.of.back() == '.')) name.of.pop_back();
+  return name;
+}
+
+bool names_quaternion(const std::string& of) {
+  return of == "q" || of.starts_with("q_") || of.starts_with("quat") || of.ends_with("orientation") ||
+         of.ends_with("rotation") || of == "rot";
+}
+
+bool names_position(const std::string& of) {
+  return of.empty() || of == "t" || of == "p" || of == "pos" || of.starts_with("p_") || of == "trans" ||
+         of.ends_with("position") || of.ends_with("translation");
+}
+
+std::optional<double> stamps_a_second_of(const std::string& cell) {
+  std::string name;
+  for (const char c : cell) name.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  const bool is_stamp = name == "t" || name.find("time") != std::string::npos ||
+                        name.find("stamp") != std::string::npos || name == "sec" || name == "secs";
+  if (!is_stamp) return std::nullopt;
+  using Unit = std::pair<const char*, double>;
+  for (const auto& [unit, a_second] : {Unit{"ns", 1e9}, Unit{"us", 1e6}, Unit{"ms", 1e3}, Unit{"s", 1}}) {
+    const std::string text = unit;
+    if (name.find("[" + text + "]") != std::string::npos || name.ends_with("_" + text) ||
+        name.find("(" + text + ")") != std::string::npos)
+      return a_second;
+  }
+  return 0;
+}
+
+/// The columns that a heading names; none where it does not name position and quaternion whole.
+std::optional<PoseColumns> columns_named(const std::vector<std::string>& cells) {
+  PoseColumns columns;
+  columns.stamps_a_second = 0;
+  std::array<bool, 3> has_position{};
+  std::array<bool, 4> has_quaternion{};
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (const auto a_second = stamps_a_second_of(cells[i]); a_second && !columns.stamp) {
+      columns.stamp = i;
+      columns.stamps_a_second = *a_second;
+      continue;
+    }
+    const AxisName name = axis_name(cells[i]);
+    const std::size_t axis = std::string_view("xyzw").find(name.axis);
+    if (axis > 3) continue;
+    if (names_quaternion(name.of)) {
+      if (!has_quaternion.at(axis)) columns.quaternion.at(axis) = i;
+      has_quaternion.at(axis) = true;
+    } else if (axis < 3 && names_position(name.of)) {
+      if (!has_position.at(axis)) columns.position.at(axis) = i;
+      has_position.at(axis) = true;
+    }
+  }
+  const auto all = [](const auto& found) {
+    return std::all_of(found.begin(), found.end(), [](bool each) { return each; });
+  };
+  if (!all(has_position) || !all(has_quaternion)) return std::nullopt;
+  return columns;
+}
+
+/// The last heading that names a pose's columns. InputError where it does not fit the lines below it.
+std::optional<PoseColumns> named_columns(const std::filesystem::path& file, const NumberTable& table) {
+  std::optional<PoseColumns> columns;
+  for (const std::vector<std::string>& heading : table.headings()) {
+    const auto named = columns_named(heading);
+    if (!named) continue;
+    if (heading.size() != table.row(0).size()) {
+      throw InputError(file, table.line(0),
+                       fmt::format("has {} numbers where the line of names above has {} columns; correct one "
+                                   "of them",
+                                   table.row(0).size(), heading.size()));
+    }
+    columns = named;
+  }
+  return columns;
+}
+
+Pose pose_of(const std::filesystem::path& file, std::size_t line, std::span<const double> row,
+             const PoseColumns& columns) {
   Pose pose;
-  pose.translation_m = {row[1], row[2], row[3]};
-  pose.rotation = Eigen::Quaterniond(row[7], row[4], row[5], row[6]);
+  const auto& [x, y, z] = columns.position;
+  const auto& [qx, qy, qz, qw] = columns.quaternion;
+  pose.translation_m = {row[x], row[y], row[z]};
+  pose.rotation = Eigen::Quaterniond(row[qw], row[qx], row[qy], row[qz]);
   if (std::abs(pose.rotation.norm() - 1.0) > rotation_tolerance) {
     throw InputError(file, line,
                      fmt::format("the quaternion has length {:.4g} instead of 1; TUM's order is stamp x y z "
@@ -54,15 +164,50 @@ Pose tum_pose(const std::filesystem::path& file, std::size_t line, std::span<con
   return pose;
 }
 
-Trajectory read_tum(const std::filesystem::path& file, const NumberTable& table) {
+/// Stamps as the file has them become seconds, scan numbers stay.
+void settle_stamps(const std::filesystem::path& file, double a_second, Trajectory& trajectory) {
+  const auto& stamps = trajectory.stamps_s;
+  const double largest = *std::max_element(stamps.begin(), stamps.end());
+  const bool has_unit = a_second != 0;
+  if (!has_unit) {
+    a_second = 1;
+    // in seconds these would be after the year 5000
+    for (const double unit : {1e3, 1e6, 1e9})
+      if (largest >= 1e8 * unit) a_second = unit;
+    if (a_second > 1)
+      trajectory.notes.push_back(fmt::format("{}: stamps as large as {:.0f} are taken as {}", file.string(),
+                                             largest,
+                                             a_second == 1e3   ? "milliseconds"
+                                             : a_second == 1e6 ? "microseconds"
+                                                               : "nanoseconds"));
+  }
+  constexpr double least_epoch_s = 1e8;  // 1973; nobody has so many scans
+  trajectory.has_time =
+      has_unit || a_second > 1 || largest >= least_epoch_s ||
+      std::any_of(stamps.begin(), stamps.end(), [](double stamp) { return stamp != std::floor(stamp); });
+  for (double& stamp : trajectory.stamps_s) stamp /= a_second;
+}
+
+Trajectory read_columns(const std::filesystem::path& file, const NumberTable& table,
+                        const PoseColumns& columns) {
   Trajectory trajectory;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     check_finite(file, table.line(i), table.row(i));
-    trajectory.stamps_s.push_back(table.row(i)[0]);
-    trajectory.poses.push_back(tum_pose(file, table.line(i), table.row(i)));
+    trajectory.stamps_s.push_back(columns.stamp ? table.row(i)[*columns.stamp] : static_cast<double>(i));
+    trajectory.poses.push_back(pose_of(file, table.line(i), table.row(i), columns));
   }
-  trajectory.has_time = std::any_of(trajectory.stamps_s.begin(), trajectory.stamps_s.end(),
-                                    [](double stamp) { return stamp != std::floor(stamp); });
+  trajectory.has_stamps = columns.stamp.has_value();
+  if (trajectory.has_stamps) settle_stamps(file, columns.stamps_a_second, trajectory);
+  return trajectory;
+}
+
+Trajectory read_tum(const std::filesystem::path& file, const NumberTable& table) {
+  Trajectory trajectory = read_columns(file, table, tum_columns);
+  if (file.extension() != ".tum")
+    trajectory.notes.push_back(
+        fmt::format("{}: its columns have no names and are read as TUM has them: stamp x y z qx qy qz qw; "
+                    "name them in a # line if w comes first",
+                    file.string()));
   return trajectory;
 }
 
@@ -105,8 +250,11 @@ Trajectory read_matrices(const std::filesystem::path& file, const NumberTable& t
     trajectory.stamps_s.push_back(last[3]);
     trajectory.poses.push_back(matrix_pose(file, table.line(i), table.numbers().subspan(4 * i, 12)));
   }
-  trajectory.has_time = !all_ones;
-  if (all_ones) {
+  trajectory.has_stamps = !all_ones;
+  if (!all_ones) {
+    settle_stamps(file, 0, trajectory);
+    trajectory.has_time = true;
+  } else {
     for (std::size_t i = 0; i < trajectory.size(); ++i) trajectory.stamps_s[i] = static_cast<double>(i);
   }
   return trajectory;
@@ -123,6 +271,7 @@ Trajectory read_trajectory_file(const std::filesystem::path& file) {
                                    table.row(i).size(), columns));
     }
   }
+  if (const auto named = named_columns(file, table)) return read_columns(file, table, *named);
   switch (columns) {
     case 8:
       return read_tum(file, table);
@@ -135,8 +284,8 @@ Trajectory read_trajectory_file(const std::filesystem::path& file) {
     default:
       throw InputError(
           file, table.line(0),
-          fmt::format("lines of {} numbers are no trajectory; 8 (TUM), 12 (KITTI) or four lines of 4 "
-                      "(matrices) are read",
+          fmt::format("lines of {} numbers are no trajectory; 8 (TUM), 12 (KITTI), four lines of 4 "
+                      "(matrices), or any with the columns' names above them are read",
                       columns));
   }
 }
@@ -153,6 +302,7 @@ std::vector<std::filesystem::path> files_ending(const std::vector<std::filesyste
 Trajectory read_3dtk_folder(const std::vector<std::filesystem::path>& files,
                             Pose (*read)(const std::filesystem::path&)) {
   Trajectory trajectory;
+  trajectory.has_stamps = true;
   // as the scans beside them are numbered
   const bool named = std::all_of(files.begin(), files.end(), [](const std::filesystem::path& file) {
     return number_in_name(file).value_or(UINT64_MAX) <= largest_scan_number;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <new>
@@ -154,8 +155,11 @@ class Program {
                       archive_.error_number() != 0 ? " (" + reason_of(archive_.error_number()) + ")" : ""));
     }
     if (!plan_.pipeline.records) return;
-    recording_ = unused_name(expand_recording_name(plan_.recording, system_clocks.realtime_ns()));
-    if (!file_.open(recording_.c_str()))
+    for (int attempt = 0; attempt < 10; ++attempt) {  // somebody else may take the name at the same time
+      recording_ = unused_name(expand_recording_name(plan_.recording, system_clocks.realtime_ns()));
+      if (file_.open(recording_.c_str(), FileSink::Existing::refuse) || file_.error_number() != EEXIST) break;
+    }
+    if (!file_.is_open())
       throw Error(ExitStatus::device,
                   fmt::format("{}: the recording cannot be written ({}); name a file in a folder "
                               "that alcesd may write to",

@@ -22,8 +22,17 @@ FileSource::~FileSource() {
 
 std::size_t FileSource::read(std::span<std::uint8_t> room) {
   if (file_ == nullptr) return 0;
-  const std::size_t size = std::fread(room.data(), 1, room.size(), file_);
-  if (size < room.size() && std::ferror(file_) != 0) error_number_ = errno;
+  std::size_t size = 0;
+  while (size < room.size()) {
+    errno = 0;
+    size += std::fread(room.data() + size, 1, room.size() - size, file_);
+    if (size == room.size() || std::ferror(file_) == 0) break;
+    if (errno != EINTR) {
+      error_number_ = errno != 0 ? errno : EIO;
+      break;
+    }
+    std::clearerr(file_);
+  }
   return size;
 }
 

@@ -1,6 +1,7 @@
 #include "alces_platform/recording/file_sink.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,16 +14,21 @@ FileSink::~FileSink() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-bool FileSink::open(const char* path) {
+bool FileSink::open(const char* path, Existing existing) {
   if (descriptor_ >= 0) ::close(descriptor_);
   size_ = 0;
   error_number_ = 0;
-  descriptor_ = ::open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int exclusive = existing == Existing::refuse ? O_EXCL : 0;
+  descriptor_ = ::open(path, O_WRONLY | O_CREAT | O_CLOEXEC | exclusive, 0666);
   struct stat status {};
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
     error_number_ = errno;
   } else if (!S_ISREG(status.st_mode)) {
     error_number_ = ESPIPE;  // it could not be cut back to the last whole write
+  } else if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    error_number_ = errno == EWOULDBLOCK ? EBUSY : errno;
+  } else if (::ftruncate(descriptor_, 0) != 0) {
+    error_number_ = errno;
   }
   if (error_number_ == 0) return true;
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "unpack_chunk.h"
+
 namespace alces::mcap {
 namespace {
 
@@ -240,7 +242,13 @@ bool Reader::find_chunk() {
       if (chunk.size() == skip + whole) {
         const Bytes content = chunk.subspan(skip + record_header_bytes);
         const ChunkHeader header = parse_chunk_header(content);
-        if (header.crc == crc32(content.subspan(header.header_bytes))) {
+        const Bytes records = content.subspan(header.header_bytes);
+        const bool is_packed = !header.compression.empty();
+        if (is_packed && !unpack(header.compression, records, header.uncompressed_bytes, unpacked_)) {
+          ++skip;
+          continue;
+        }
+        if (header.crc == crc32(is_packed ? Bytes(unpacked_) : records)) {
           pass_over(skip);
           return true;
         }
@@ -258,9 +266,9 @@ bool Reader::find_chunk() {
 bool Reader::looks_like_chunk(Bytes record_and_more) {
   const std::uint64_t length = ByteReader(record_and_more.subspan(1)).u64();
   const ChunkHeader header = parse_chunk_header(record_and_more.subspan(record_header_bytes));
-  return header.is_there && header.compression.empty() && length <= maximum_record_bytes &&
-         header.records_bytes == header.uncompressed_bytes && header.crc != 0 &&
-         header.header_bytes + header.records_bytes == length;
+  const bool is_plain = header.compression.empty() && header.records_bytes == header.uncompressed_bytes;
+  return header.is_there && (is_plain || can_unpack(header.compression)) && length <= maximum_record_bytes &&
+         header.crc != 0 && header.header_bytes + header.records_bytes == length;
 }
 
 void Reader::read_content(Opcode opcode, Bytes content) {
@@ -312,22 +320,32 @@ void Reader::read_content(Opcode opcode, Bytes content) {
 void Reader::read_chunk(Bytes content) {
   ++counters_.chunks;
   const ChunkHeader header = parse_chunk_header(content);
+  Bytes records = content.subspan(header.header_bytes, static_cast<std::size_t>(header.records_bytes));
   if (!header.compression.empty()) {
     ++counters_.chunks_compressed;
-    problem(position(),
-            "a chunk compressed with " + quoted(header.compression) +
-                ", which is not supported; its messages are missing ('mcap decompress' makes a file "
-                "that can be read)");
-    return;
+    if (!can_unpack(header.compression)) {
+      problem(position(),
+              "a chunk compressed with " + quoted(header.compression) +
+                  ", which is not supported; its messages are missing ('mcap decompress' makes a file "
+                  "that can be read)");
+      return;
+    }
+    if (!unpack(header.compression, records, header.uncompressed_bytes, unpacked_)) {
+      ++counters_.chunks_corrupt;
+      problem(position(), "a chunk compressed with " + quoted(header.compression) +
+                              " that is damaged; its messages are missing");
+      return;
+    }
+    records = unpacked_;
   }
-  const Bytes records = content.subspan(header.header_bytes, static_cast<std::size_t>(header.records_bytes));
   if (header.crc != 0 && header.crc != crc32(records)) {
     ++counters_.chunks_corrupt;
     problem(position(), "a chunk whose CRC is wrong; its messages are missing");
     return;
   }
   chunk_ = records;
-  chunk_end_ = position() + record_header_bytes + header.header_bytes + records.size();
+  chunk_end_ =
+      position() + record_header_bytes + header.header_bytes + static_cast<std::size_t>(header.records_bytes);
 }
 
 bool Reader::read_in_chunk(ReadMessage& message) {
@@ -338,7 +356,7 @@ bool Reader::read_in_chunk(ReadMessage& message) {
   if (in.failed() || opcode == 0) {
     if (!chunk_is_cut_) {
       ++counters_.chunks_corrupt;
-      problem(chunk_end_ - chunk_.size(),
+      problem(chunk_end_ - std::min<std::uint64_t>(chunk_.size(), chunk_end_),
               "a record reaches over the end of its chunk; the rest of it is missing");
     }
     chunk_ = {};

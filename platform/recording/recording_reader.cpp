@@ -367,9 +367,15 @@ RecordingSummary summarise_recording(ByteSource& source) {
   summary.is_recording = reader.open();
   std::map<std::uint16_t, RecordingSummary::Topic> topics;
   RecordedMessage message;
+  bool has_begun = false;
   while (reader.next(message)) {
-    if (summary.messages++ == 0) summary.begin_ns = message.handed_on_ns;
-    summary.end_ns = message.handed_on_ns;
+    ++summary.messages;
+    // others' clocks say nothing of the drive
+    if (!std::holds_alternative<ForeignRecord>(message.content)) {
+      if (!has_begun) summary.begin_ns = message.handed_on_ns;
+      has_begun = true;
+      summary.end_ns = message.handed_on_ns;
+    }
     RecordingSummary::Topic& topic = topics[message.channel];
     ++topic.messages;
     topic.bytes += message.bytes;
@@ -384,7 +390,8 @@ RecordingSummary summarise_recording(ByteSource& source) {
   summary.messages_missing = reader.counters().messages_missing;
   summary.utc_offset_ns = reader.utc_offset_ns();
   summary.has_configuration = !reader.configuration().empty();
-  summary.is_whole = reader.is_whole();
+  summary.is_whole = reader.is_whole() && source.error_number() == 0;
+  summary.read_error = source.error_number();
   summary.problems = reader.problems();
   return summary;
 }

@@ -1,6 +1,7 @@
 #include "alces_platform/recording/scan_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -22,6 +23,8 @@ const char* text(ScanFileProblem problem) {
       return "none";
     case ScanFileProblem::cannot_make:
       return "the scan archive cannot be made";
+    case ScanFileProblem::in_use:
+      return "is the scan archive of another process";
     case ScanFileProblem::not_an_archive:
       return "exists and is no scan archive, so it is not overwritten";
     case ScanFileProblem::cannot_empty:
@@ -60,6 +63,8 @@ bool ScanFile::fail(ScanFileProblem problem, std::uint32_t scan, int error_numbe
 bool ScanFile::open(const char* path, std::uint32_t scan_capacity) {
   descriptor_ = ::open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor_ < 0) return fail(ScanFileProblem::cannot_make, 0, errno);
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    return fail(ScanFileProblem::in_use, 0, 0);
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0) {
     std::array<char, first_line.size()> begin{};

@@ -52,9 +52,7 @@ bool CandumpReader::read(Read& read) {
     if (is_candump_remark(text)) continue;
     CandumpLine line;
     if (const std::string wrong = parse_candump_line(text, line); !wrong.empty()) {
-      problems_.add(lines_.problem(text.starts_with("DROPCOUNT:")
-                                       ? "candump lost frames here"
-                                       : "no frame as candump writes it: " + wrong));
+      problems_.add(lines_.problem(wrong));
       continue;
     }
     const int bus = bus_of(line.interface);

@@ -185,7 +185,11 @@ int hex_digit(char c) {
 
 std::string parse_candump_line(std::string_view text, CandumpLine& line) {
   line = {};
-  return LineParser(text, line).parse();
+  if (text.starts_with("DROPCOUNT:")) return "candump lost frames here";
+  if (text.find('\0') != std::string_view::npos)
+    return "holds zero bytes, as a file has that was being written when the power went";
+  const std::string wrong = LineParser(text, line).parse();
+  return wrong.empty() ? wrong : "no frame as candump writes it: " + wrong;
 }
 
 bool is_candump_remark(std::string_view text) {

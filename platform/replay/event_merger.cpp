@@ -1,6 +1,7 @@
 #include "alces_platform/replay/event_merger.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include "alces_drivers/stamp.h"
@@ -18,8 +19,33 @@ void EventMerger::fetch(Source& source) {
   if (!source.has_event) return;
   if (source.is_first && options_.align_starts) source.offset_ns = -source.event.stamp_ns;
   source.event.stamp_ns += source.offset_ns;
+  if (!source.is_first) {
+    const std::int64_t step_ns = source.event.stamp_ns - source.due_ns;
+    if (step_ns > options_.longest_gap_ns || step_ns < -options_.longest_fall_back_ns)
+      take_out_step(source, step_ns);
+  }
   source.due_ns = source.is_first ? source.event.stamp_ns : std::max(source.due_ns, source.event.stamp_ns);
   source.is_first = false;
+}
+
+/// The event comes at once behind the one before, or, where another source had the same step, by that one's.
+void EventMerger::take_out_step(Source& source, std::int64_t step_ns) {
+  constexpr std::int64_t same_step_ns = 10 * ns_per_s;
+  bool is_known = false;
+  for (const std::int64_t known_ns : steps_ns_) {
+    if (std::abs(known_ns - step_ns) > same_step_ns) continue;
+    step_ns = known_ns;
+    is_known = true;
+    break;
+  }
+  if (!is_known) steps_ns_.push_back(step_ns);
+  source.offset_ns -= step_ns;
+  source.event.stamp_ns -= step_ns;
+  std::string sentence = source.source->name();
+  sentence += ": its clock was set ";
+  sentence += std::to_string(std::abs(step_ns) / ns_per_s);
+  sentence += step_ns > 0 ? " s forward" : " s back";
+  problems_.add(sentence + " within the trace; what follows is taken as going on at once");
 }
 
 bool EventMerger::next(Event& event) {
@@ -71,7 +97,7 @@ std::string EventMerger::name() const {
 }
 
 TraceProblems EventMerger::problems() const {
-  TraceProblems problems;
+  TraceProblems problems = problems_;
   for (const Source& source : sources_) problems.add(source.source->problems());
   return problems;
 }

@@ -60,7 +60,11 @@ LineReader::LineReader(const std::filesystem::path& file)
 
 bool LineReader::next(std::string_view& line) {
   line_.clear();
-  if (!std::getline(stream_, line_)) return false;
+  if (!std::getline(stream_, line_)) {
+    if (stream_.bad())
+      throw TraceError(name_ + ": cannot be read on; what comes after is unknown, check the disk");
+    return false;
+  }
   ++number_;
   bytes_ += line_.size() + 1;
   if (line_.size() > maximum_length) line_.resize(maximum_length);

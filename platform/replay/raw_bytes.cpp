@@ -52,6 +52,8 @@ bool RawBytesReader::next(Event& event) {
   }
   piece_.resize(size);
   stream_.read(reinterpret_cast<char*>(piece_.data()), static_cast<std::streamsize>(size));
+  if (stream_.bad())
+    throw TraceError(name_ + ": cannot be read on; what comes after is unknown, check the disk");
   const auto got = static_cast<std::size_t>(stream_.gcount());
   piece_.resize(got);
   bytes_read_ += got;

@@ -16,7 +16,14 @@ RecordingSource::RecordingSource(const std::filesystem::path& file)
 }
 
 bool RecordingSource::next(Event& event) {
-  return reader_.next_event(event);
+  if (reader_.next_event(event)) return true;
+  if (file_.error_number() != 0) {
+    std::string sentence = name_;
+    sentence += ": cannot be read on (";
+    sentence += std::strerror(file_.error_number());
+    throw TraceError(sentence + "); what comes after is unknown, check the disk");
+  }
+  return false;
 }
 
 TraceProblems RecordingSource::problems() const {
@@ -29,8 +36,6 @@ TraceProblems RecordingSource::problems() const {
   count(reader_.counters().messages_missing, " messages are missing, by the gaps in their numbers");
   count(reader_.counters().messages_malformed,
         " messages do not decode as their type says; they are passed over");
-  if (file_.error_number() != 0)
-    problems.add(name_ + ": cannot be read on (" + std::strerror(file_.error_number()) + ")");
   return problems;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <sstream>
+#include <string>
 #include <system_error>
 
 #include "alces_platform/recording/channels.h"
@@ -89,9 +89,15 @@ std::unique_ptr<EventSource> open_trace(const fs::path& file, Format format, con
 }
 
 std::string text_of(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
+  std::ifstream stream(file, std::ios::binary);
+  std::string text;
+  std::array<char, 65536> piece{};
+  while (stream) {
+    stream.read(piece.data(), piece.size());
+    text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+  }
+  if (stream.bad()) throw TraceError(file.string() + ": cannot be read to its end; check the disk");
+  return text;
 }
 
 std::uint64_t size_of(const fs::path& file) {

@@ -39,14 +39,30 @@ int byte_channel_of(std::string_view file_name) {
   return -1;
 }
 
-TraceFile::TraceFile(const std::filesystem::path& file)
-    : stream_(file, std::ios::binary | std::ios::trunc), name_(file.string()) {
-  if (!stream_) {
-    std::string sentence = name_;
-    sentence += ": cannot be written (";
-    sentence += std::strerror(errno);
-    throw TraceWriteError(sentence + ")");
-  }
+TraceFile::TraceFile(const std::filesystem::path& file) : name_(file.string()) {
+  std::error_code ignored;
+  const bool is_device =
+      std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored);
+  if (!is_device) part_ = name_ + ".part";
+  stream_.open(is_device ? name_ : part_, std::ios::binary | std::ios::trunc);
+  if (stream_) return;
+  part_.clear();
+  std::string sentence = name_;
+  sentence += ": cannot be written (";
+  sentence += std::strerror(errno);
+  throw TraceWriteError(sentence + ")");
+}
+
+TraceFile::TraceFile(TraceFile&& other) noexcept
+    : stream_(std::move(other.stream_)),
+      name_(std::move(other.name_)),
+      part_(std::exchange(other.part_, std::string())) {}
+
+TraceFile::~TraceFile() {
+  if (part_.empty()) return;
+  stream_.close();
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
 }
 
 void TraceFile::write(std::string_view bytes) {
@@ -57,6 +73,19 @@ void TraceFile::write(std::string_view bytes) {
 void TraceFile::finish() {
   stream_.close();
   if (!stream_) throw TraceWriteError(name_ + ": cannot be written; is the disk full?");
+  if (part_.empty()) return;
+  std::error_code error;
+  std::filesystem::rename(part_, name_, error);
+  if (error) throw TraceWriteError(name_ + ": cannot be written (" + error.message() + ")");
+  part_.clear();
+}
+
+bool is_trace_name(std::string_view name) {
+  if (name.ends_with(".part")) name.remove_suffix(5);  // of a writer that was killed
+  return name == order_name || name == "gpio.txt" || name == "vehicle.toml" ||
+         (name.starts_with("can") && name.ends_with(".log")) ||
+         (byte_channel_of(name) >= 0 &&
+          (name.ends_with(".bin") || name.ends_with(".times") || name.ends_with(".nmea")));
 }
 
 TraceFolderWriter::TraceFolderWriter(std::filesystem::path folder, TraceWriterOptions options,
@@ -69,12 +98,8 @@ TraceFolderWriter::TraceFolderWriter(std::filesystem::path folder, TraceWriterOp
                           (error ? error.message() : std::string("a file is in the way")) + ")");
   // What an earlier drive left would be taken for a part of this one.
   for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder_)) {
-    const std::string name = entry.path().filename().string();
-    const bool is_ours = name == order_name || name == "gpio.txt" || name == "vehicle.toml" ||
-                         (name.starts_with("can") && name.ends_with(".log")) ||
-                         (byte_channel_of(name) >= 0 &&
-                          (name.ends_with(".bin") || name.ends_with(".times") || name.ends_with(".nmea")));
-    if (is_ours && entry.is_regular_file()) std::filesystem::remove(entry.path(), error);
+    if (is_trace_name(entry.path().filename().string()) && entry.is_regular_file())
+      std::filesystem::remove(entry.path(), error);
   }
   TraceFile& order = file(std::string(order_name));
   order.write(order_head);

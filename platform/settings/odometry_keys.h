@@ -11,7 +11,7 @@ struct VisitCanSignal {
   void operator()(Row& source, Visitor& visit) const {
     auto& signal = source.signal;
     visit.need({"id", "start_bit", "length"});
-    visit.hex("id", source.id, 0x1FFFFFFF, "");
+    visit.hex("id", source.id, 4294967295.0, "");
     if (visit.wants("extended", source.is_extended)) visit.flag("extended", source.is_extended, "");
     visit.number("start_bit", signal.start_bit, 0, 511, "");
     visit.number("length", signal.length, 1, 64, "");
@@ -25,6 +25,11 @@ struct VisitCanSignal {
     visit.number("offset", signal.offset, -1e15, 1e15, "");
     if (visit.wants("minimum", signal.has_limits())) visit.number("minimum", signal.minimum, -1e15, 1e15, "");
     if (visit.wants("maximum", signal.has_limits())) visit.number("maximum", signal.maximum, -1e15, 1e15, "");
+    visit.expect(
+        (source.id & 0x80000000) == 0, "id",
+        "a DBC file sets bit 31 of an extended identifier: take 2147483648 (0x80000000) off, and write "
+        "extended = true");
+    visit.expect(source.id <= 0x1FFFFFFF, "id", "an identifier has 29 bits at most");
     visit.expect(source.is_extended || source.id <= 0x7FF, "id", "id needs extended = true");
     visit.expect(is_valid(signal), "start_bit", "start_bit, length, order, type and factor give no signal");
   }

@@ -114,7 +114,7 @@ TEST_CASE("evaluate prints the offset of two trajectories, for people and for ma
   const Outcome text = run(folder, "evaluate estimate.tum --truth truth.tum --per-scan errors.csv");
   CHECK(text.status == 0);
   CHECK(text.err.empty());
-  CHECK_THAT(text.out, Catch::Contains("10 poses associated by index") && Catch::Contains("2.0000"));
+  CHECK_THAT(text.out, Catch::Contains("10 poses associated by number") && Catch::Contains("2.0000"));
   const std::string csv = text_of(folder / "errors.csv");
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 11);
 

@@ -193,7 +193,23 @@ TEST_CASE("graph files: lines that are cut off or too long") {
 TEST_CASE("graph files: an empty file, one of comments, one of edges only") {
   CHECK_THAT(complaint(""), Contains("holds no pose graph"));
   CHECK_THAT(complaint("# nothing\n\n"), Contains("holds no pose graph"));
-  CHECK_THAT(complaint(edge_3d(0, 1)), Contains("edges but no vertices"));
+}
+
+TEST_CASE("graph files: edges alone get their vertices by number, and poses along them") {
+  const TemporaryFolder folder;
+  const GraphFile file = read_graph(folder.write("a.g2o", edge_3d(9, 4) + edge_3d(4, 7)));
+  CHECK_FALSE(file.has_poses);
+  REQUIRE(file.graph.vertices.size() == 3);
+  CHECK(file.graph.vertices[0].id == 4);
+  CHECK(file.graph.vertices[2].id == 9);
+  CHECK_FALSE(file.graph.vertices[0].is_fixed);
+  CHECK(file.graph.vertices[0].map_from_body.translation_m.x() == 0);
+  CHECK(file.graph.vertices[1].map_from_body.translation_m.x() == 1);
+  CHECK(file.graph.vertices[2].map_from_body.translation_m.x() == -1);
+  CHECK(
+      read_graph(folder.write("b.g2o", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 0 0 0 0 0 0 1\n" +
+                                           edge_3d(0, 1)))
+          .has_poses);
 }
 
 TEST_CASE("graph files: a quaternion has length 1, but for rounding") {

@@ -264,5 +264,5 @@ TEST_CASE("optimize: an earlier map stays whole when the new one cannot be writt
   std::filesystem::resize_file(folder / "map" / "map.ply", 600);
   CHECK(run(folder, "map --out o").status == 3);
   CHECK(content_of(folder / "o" / "trajectory.tum") == before);
-  CHECK_FALSE(std::filesystem::exists(folder / "o" / ".part"));
+  CHECK_FALSE(std::filesystem::exists(folder / ".o.alces-part"));
 }

@@ -339,23 +339,49 @@ TEST_CASE("map: the disk is full while the map is written") {
   const Outcome outcome = map(folder);
   check_sentence(outcome, 5, "map.ply");
   CHECK_THAT(outcome.err, Contains("disk is full"));
-  CHECK(read_trajectory(folder / "out").size() == 3);  // what was written before is whole
+  CHECK_FALSE(fs::exists(folder / "out/trajectory.tum"));  // all of it or nothing
 }
 
-TEST_CASE("map: a map that could not be written does not bear the report of the one before") {
+TEST_CASE("map: a map that could not be written leaves the one before whole") {
   const TemporaryFolder folder;
   write_pcd_scans(folder, 3);
   REQUIRE(map(folder).status == 0);
-  REQUIRE(fs::exists(folder / "out/run.json"));
-  fs::remove(folder / "out/map.ply");
-  fs::create_symlink("/dev/full", folder / "out/map.ply");
+  const std::string before = content_of(folder / "out/run.json");
+  folder.write("out/notes.txt", "mine");
   write_pcd_scans(folder, 4);
-  check_sentence(map(folder), 5, "map.ply");
-  CHECK(read_trajectory(folder / "out").size() == 4);
-  CHECK_FALSE(fs::exists(folder / "out/run.json"));
-  fs::remove(folder / "out/map.ply");
+  const Outcome outcome = Program(folder, {"map", "scans", "--out", "out"}, 60'000).wait();
+  check_sentence(outcome, 5, "out/map.ply");
+  CHECK(content_of(folder / "out/run.json") == before);
+  check_map(folder, 3);
   REQUIRE(map(folder).status == 0);
   check_map(folder, 4);
+  CHECK(content_of(folder / "out/notes.txt") == "mine");
+  for (const auto& entry : fs::directory_iterator(folder.path()))
+    CHECK(entry.path().filename().string().front() != '.');
+}
+
+TEST_CASE("map: into the folder of the scans, twice, is the same map") {
+  const TemporaryFolder folder;
+  write_pcd_scans(folder, 3);
+  const std::vector<std::string> arguments = {"map", "scans", "--out", "scans"};
+  REQUIRE(Program(folder, arguments).wait().status == 0);
+  const std::string first = content_of(folder / "scans/trajectory.tum");
+  const Outcome again = Program(folder, arguments).wait();
+  CHECK(again.status == 0);
+  CHECK_THAT(again.err, Contains("a map beside the scans"));
+  CHECK(content_of(folder / "scans/trajectory.tum") == first);
+  CHECK(read_trajectory(folder / "scans").size() == 3);
+}
+
+TEST_CASE("map: a path that is not UTF-8 is a path like others") {
+  const TemporaryFolder folder;
+  const std::string name = "sc\xE4ns";
+  for (std::size_t i = 0; i < 3; ++i) folder.write(name + "/" + std::to_string(i) + ".pcd", room_pcd(i));
+  const Outcome outcome = Program(folder, {"map", name, "--out", "\xFCt"}).wait();
+  INFO(outcome.err);
+  CHECK(outcome.status == 0);
+  CHECK(read_trajectory(folder / "\xFCt").size() == 3);
+  CHECK(nlohmann::json::parse(content_of(folder / "\xFCt/run.json"))["complete"] == true);
 }
 
 TEST_CASE("map: the disk is full when the archive is begun") {

@@ -92,6 +92,19 @@ TEST_CASE("what is odd but harmless is a warning that names the line") {
   CHECK(file.value(0x1000, 0, 1) == 2);
 }
 
+TEST_CASE("remarks behind values and stray lines among them are no values") {
+  const auto file = parsed(
+      "made by hand\n[1000]\nParameterName=Kind ; of device\nDataType=0x0007  ; a remark\nand more\n"
+      "DefaultValue=$NODEID+0x180\t; another\nAccessType=; none\n");
+  CHECK(file.value(0x1000, 0, 5) == 0x185);
+  CHECK(file.find(0x1000, 0)->data_type == 7);
+  CHECK(file.name(0x1000) == "Kind");
+  CHECK(file.find(0x1000, 0)->access.empty());
+  REQUIRE(file.warnings().size() == 2);
+  CHECK_THAT(file.warnings()[0], Catch::StartsWith("drive.dcf:1:") && Catch::Contains("passed over"));
+  CHECK_THAT(file.warnings()[1], Catch::StartsWith("drive.dcf:5: [1000]"));
+}
+
 TEST_CASE("what is no EDS is refused with the line") {
   CHECK_THAT(complaint("[FileInfo]\nFileName=a\nthis is prose\n"),
              Catch::Contains("drive.dcf:3:") && Catch::Contains("EDS"));

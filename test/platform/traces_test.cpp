@@ -244,6 +244,25 @@ TEST_CASE("clocks that do not fit each other are refused, or their starts aligne
   CHECK(order_of(aligned) == "t0 10 20 22 ");
 }
 
+TEST_CASE("a clock that is set within a trace is taken out of it, in all sources alike, and told") {
+  EventMergerOptions options;
+  options.tick_interval_ns = 0;
+  constexpr std::int64_t step_ms = 90'541 * std::int64_t{1'000'000};  // from a made-up 2021 to now
+  EventMerger merger(options);
+  merger.add(std::make_unique<ListSource>("can0.log", 1, ms({100, 120, step_ms + 140, step_ms + 160})));
+  merger.add(std::make_unique<ListSource>("gpio.txt", 2, ms({110, 130, step_ms + 150, step_ms + 170})));
+  CHECK(order_of(merger) == "1100 2110 1120 1120 2130 2130 1140 2150 ");
+  REQUIRE(merger.problems().count == 2);
+  CHECK_THAT(merger.problems().sentences[0],
+             Catch::Contains("can0.log: its clock was set 90541000 s forward"));
+  CHECK_THAT(merger.problems().sentences[1], Catch::Contains("gpio.txt"));
+
+  EventMerger back(options);
+  back.add(std::make_unique<ListSource>("can0.log", 1, ms({5'000, 5'020, 1'000, 1'020})));
+  CHECK(order_of(back) == "15000 15020 15020 15040 ");
+  CHECK_THAT(back.problems().sentences.at(0), Catch::Contains("4 s back"));
+}
+
 TEST_CASE("no sources, or empty ones, are no events") {
   EventMerger merger;
   Event event;

@@ -381,6 +381,10 @@ TEST_CASE("values that do not go together are refused where they stand") {
              Contains("vehicle.toml:1: [odometry]: odometry from wheels"));
   CHECK_THAT(complaint("[odometry]\nspeed_m_s = {id = 0x800, start_bit = 0, length = 8}\n"),
              Contains("odometry.speed_m_s: id needs extended = true"));
+  CHECK_THAT(complaint("[odometry]\nspeed_m_s = {id = 0x98FF0102, start_bit = 0, length = 8}\n"),
+             Contains("a DBC file sets bit 31") && Contains("extended = true"));
+  CHECK_THAT(complaint("[odometry]\nspeed_m_s = {id = 0x28FF0102, start_bit = 0, length = 8}\n"),
+             Contains("29 bits"));
   CHECK_THAT(complaint("[odometry]\nspeed_m_s = {id = 1, start_bit = 510, length = 8}\n"),
              Contains("give no signal"));
   CHECK_THAT(complaint("[gps]\ndevice = \"\"\n"), Contains("vehicle.toml:2: gps.device is empty"));

@@ -1,5 +1,4 @@
-// candump's text, one CAN frame a line, where every line has to be one: the forms are those of
-// alces_platform/replay/candump.h.
+// candump's text, one CAN frame a line: the forms are those of alces_platform/replay/candump.h.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +9,7 @@
 #include <string_view>
 
 #include "alces_drivers/can_frame.h"
+#include "alces_platform/replay/event_source.h"
 
 namespace alces::offline {
 
@@ -21,10 +21,15 @@ struct CandumpLine {
   CanFrame frame;
 };
 
-/// Calls `take` for each frame in the file's order and returns how many there were. Empty lines, comments (#)
-/// and the indented details that candump -e prints below an error frame are passed over. InputError names the
-/// line.
-std::size_t read_candump(const std::filesystem::path& file,
+struct CandumpRead {
+  std::size_t frames = 0;
+  /// Lines that are no frames (DROPCOUNT, a prompt, a cut end): the first sentences, and how many.
+  replay::TraceProblems passed_over;
+};
+
+/// Calls `take` for each frame in the file's order. Empty lines, comments (#) and the indented details that
+/// candump -e prints below an error frame are passed over. InputError where there is no frame at all.
+CandumpRead read_candump(const std::filesystem::path& file,
                          const std::function<void(const CandumpLine&)>& take);
 
 }  // namespace alces::offline

@@ -45,16 +45,25 @@ struct Association {
     std::size_t truth = 0;
   };
   std::vector<Pair> pairs;  ///< in the order of the estimate
-  bool by_index = false;    ///< scan i is scan i; otherwise by the nearest time stamp
+  bool by_index = false;    ///< scan i is scan i
+  bool by_number = false;   ///< the scans' numbers are equal; neither: by the nearest time stamp
   double largest_time_difference_s = 0;
 };
 
-/// By index when one of the two has no times and both are equally long. Otherwise each pose takes the pose of
-/// the truth whose stamp is nearest, no further than `max_time_difference_s`; a pose of the truth is taken
-/// once, by the nearest. Without times on both sides stamps are scan numbers and must be equal. O(n log n).
-/// Throws InputError if lengths do not match, if only one has times, or if nothing associates.
+/// Each of `stamps_s` takes the nearest of `others_s`, no further than `max_difference_s`; each of these is
+/// taken once, by the nearest. O(n log n).
+[[nodiscard]] Association associate_stamps(std::span<const double> stamps_s, std::span<const double> others_s,
+                                           double max_difference_s);
+
+/// By stamp where both have times (whole numbers that do not count up from 0 and lie in the other's range are
+/// times, too), no further apart than `max_time_difference_s`. Otherwise by number where both say the same
+/// scan numbers, by index where both are equally long, and by the numbers that both have. InputError if
+/// lengths do not match, if only one has times, or if nothing associates.
 [[nodiscard]] Association associate(const Trajectory& estimate, const Trajectory& truth,
                                     double max_time_difference_s);
+
+/// "poses associated by stamp, 3 ms apart at most": what was paired how.
+[[nodiscard]] std::string text(const Association& association);
 
 enum class Alignment {
   none,   ///< the truth is used as it stands (the paper)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "alces_offline/map_run.h"
+#include "alces_offline/staged_folder.h"
 
 namespace alces::offline {
 
@@ -22,19 +23,15 @@ struct ProgramFacts {
   std::string drive_counters_csv = {};  ///< of a replay: how the counters grew; empty otherwise
 };
 
-/// Makes the folder and finds out whether files can be written into it, before long work is done for it;
-/// OutputError.
+/// Finds out whether the folder can be written, before long work is done for it; OutputError.
 void prepare_map_folder(const std::filesystem::path& folder);
 
-/// Removes the scanNNN.frames of `folder` that stand for no pose of the trajectory: 3DTK's show, and everyone
-/// who reads a folder of .frames, would take those of a longer map before for scans of this.
-void remove_other_frames(const std::filesystem::path& folder, const Trajectory& trajectory);
-
 /// Writes trajectory.tum, trajectory_without_loops.tum, scans.csv, counters.csv (of a replay), graph.g2o,
-/// frames/, map.ply, scans.alces and, last, run.json, each whole or not at all; .frames
-/// of an earlier map that this one does not have are removed, and its run.json before anything is written: a
-/// folder with a run.json is of one map. Returns what stands in run.json. OutputError; InputError when an
+/// frames/, map.ply, scans.alces and run.json, and puts them into their place together (StagedFolder): what an earlier map
+/// left goes away, files of others stay. Returns what stands in run.json. OutputError; InputError when an
 /// archived scan cannot be read back.
+nlohmann::json write_map_folder(StagedFolder& stage, MapRun& run, const ProgramFacts& program);
+/// The same, all in one.
 nlohmann::json write_map_folder(const std::filesystem::path& folder, MapRun& run,
                                 const ProgramFacts& program);
 

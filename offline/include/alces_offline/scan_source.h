@@ -8,12 +8,18 @@
 // Odometry comes, in this order, from ScanSourceOptions::odometry, from the scans' own .pose files, from
 // their .frames files, or from a trajectory beside the scans: odometry.tum, trajectory.tum, alidarPose.csv,
 // poses.txt, or the only *.tum; of several others none is taken, and warnings() says so. KITTI's poses.txt
-// speaks of the camera; with a calib.txt beside it ("Tr:") it is turned into the scanner's.
+// speaks of the camera; with a calib.txt beside it ("Tr:") it is turned into the scanner's. Poses belong to
+// scans by the stamps in the files' names, else by their numbers, else by their order; description() says
+// which.
+//
+// Coordinates of a national grid would lose metres as floats. One origin is taken off all scans of an input,
+// in double precision: whole kilometres, of the first scan whose median lies farther than 10 km away.
 //
 // Errors are InputError. What is no error but should be seen (a missing number in a sequence, a scan without
 // pose) is a sentence in warnings().
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -27,6 +33,13 @@
 #include "alces/pose.h"
 
 namespace alces::offline {
+
+/// Where the odometry of scans came from.
+struct OdometryOrigin {
+  std::filesystem::path path;  ///< a file, or the folder of .pose or .frames files
+  std::string digest;          ///< of what it held (ContentDigest)
+  std::string paired_by;       ///< "stamp", "number", "order"
+};
 
 class ScanSource {
  public:
@@ -57,13 +70,26 @@ class ScanSource {
   [[nodiscard]] virtual std::string description() const = 0;
   /// So far; reading may add to them.
   [[nodiscard]] virtual std::vector<std::string> warnings() const = 0;
+  /// What was taken off the coordinates; odometry() speaks of the same frame. May read the first scans.
+  [[nodiscard]] virtual std::array<double, 3> origin_m() const { return {}; }
+  /// None: no odometry, or not from files.
+  [[nodiscard]] virtual std::optional<OdometryOrigin> odometry_origin() const { return std::nullopt; }
 };
 
 struct ScanSourceOptions {
-  /// A trajectory in any format of trajectory.h. As many poses as scans: in order; otherwise its first column
-  /// must hold every scan's number.
-  std::optional<std::filesystem::path> odometry;
+  /// A trajectory in any format of trajectory.h. It belongs to the scans by stamps where both have them, by
+  /// number where its first column holds every scan's, else by order, and then has as many poses as scans.
+  std::optional<std::filesystem::path> odometry = {};
+  bool no_odometry = false;  ///< poses beside the scans are not read either
+  double scale = 1;          ///< of the coordinates of all scans: 0.001 where they are mm
+  std::string format = {};   ///< one of scan_format_names(), or float32xN, float64xN; empty: by the names
 };
+
+/// As --odometry has it: empty for the poses beside the scans, "none" for no poses at all, or a file.
+void choose_odometry(const std::string& option, ScanSourceOptions& options);
+
+/// "3dtk", "pcd", "ply", "las", "kitti", "nuscenes", "csv".
+[[nodiscard]] std::vector<std::string> scan_format_names();
 
 /// A folder of scans, or one scan file.
 [[nodiscard]] std::unique_ptr<ScanSource> open_scans(const std::filesystem::path& folder_or_file,
@@ -89,6 +115,10 @@ class PrefetchingScanSource final : public ScanSource {
   [[nodiscard]] std::uint64_t file_bytes(std::size_t index) const override;
   [[nodiscard]] std::string description() const override;
   [[nodiscard]] std::vector<std::string> warnings() const override;
+  [[nodiscard]] std::array<double, 3> origin_m() const override { return source_->origin_m(); }
+  [[nodiscard]] std::optional<OdometryOrigin> odometry_origin() const override {
+    return source_->odometry_origin();
+  }
 
  private:
   struct Worker;

@@ -17,6 +17,12 @@ namespace alces::offline {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
+/// Editors on Windows put a UTF-8 byte-order mark in front of a text.
+[[nodiscard]] inline std::string_view without_byte_order_mark(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  return text;
+}
+
 /// What stands between blanks.
 [[nodiscard]] std::vector<std::string_view> split_words(std::string_view line);
 

@@ -16,13 +16,20 @@ struct Trajectory {
   /// map_from_body
   std::vector<Pose> poses;
   bool has_time = false;
+  /// The file says its stamps; false: they are the lines' numbers from 0.
+  bool has_stamps = false;
+  /// What was assumed that a reader should know, a sentence each.
+  std::vector<std::string> notes = {};
 
   [[nodiscard]] std::size_t size() const { return poses.size(); }
 };
 
 /// Recognises by content, so the file's name does not matter:
-///   - TUM: `stamp x y z qx qy qz qw` a line, # comments (stamps that are all whole numbers count as scan
-///   numbers);
+///   - TUM: `stamp x y z qx qy qz qw` a line, # comments. Whole numbers count as scan numbers, from 1e8 on as
+///   seconds, and as ms, us or ns where they are so large that seconds would be beyond the year 5000;
+///   - columns that a comment or the first line names (EuRoC's ground truth, ROS): by their names, in any
+///   order and with others between. Eight columns without names are TUM's, and of files not called .tum a
+///   note says so;
 ///   - KITTI: the 12 numbers of a 3x4 matrix a line;
 ///   - 4x4 matrices, four lines a pose, also with the stamp in place of the last 1 (alidarPose.csv);
 ///   - a folder of 3DTK .frames (the last line's matrix) or, without them, .pose files, numbered by name;

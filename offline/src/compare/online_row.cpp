@@ -11,6 +11,7 @@
 #include "alces_offline/compare/drive_observer.h"
 #include "alces_offline/compare/scan_relaxation.h"
 #include "alces_offline/error.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/map_folder.h"
 #include "alces_offline/output_file.h"
 
@@ -79,7 +80,7 @@ std::size_t scan_being_added(const MapRun& run) {
 
 void write_report(const std::filesystem::path& folder, const nlohmann::json& report) {
   OutputFile file(folder / "run.json");
-  file.write(report.dump(2) + "\n");
+  file.write(json_text(report) + "\n");
   file.commit();
 }
 
@@ -167,7 +168,6 @@ RowResult run_online_row(const CompareRow& row, SpooledScanSource& scans, const 
     result.watched = observer->watched();
   }
   const std::filesystem::path folder = request.out / row.key;
-  prepare_map_folder(folder);
   nlohmann::json report = write_map_folder(folder, *run, request.program);
   if (row.online == OnlineMethod::lum) {
     report["loop_optimizer"] = "lum";

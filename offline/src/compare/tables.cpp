@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 
+#include "alces_offline/json_text.h"
 #include "alces_offline/output_file.h"
 
 namespace alces::offline {
@@ -173,6 +174,7 @@ std::string markdown_tables(const ExperimentResult& result, const ExperimentFact
     text += "No ground truth was given.\n\n";
   else
     text += fmt::format("Ground truth: {}.\n\n", facts.truth);
+  if (!facts.circular.empty()) text += fmt::format("**No measure of accuracy:** {}.\n\n", facts.circular);
   if (has_errors(result)) text += error_table(result) + "\n";
   if (has_consistency(result)) text += consistency_table(result) + "\n";
   text += time_table(result);
@@ -218,6 +220,7 @@ Json experiment_json(const ExperimentResult& result, const ExperimentFacts& fact
       {"program", {{"name", "alces"}, {"version", facts.version}, {"command_line", facts.command_line}}},
       {"source", facts.source},
       {"truth", facts.truth.empty() ? Json() : Json(facts.truth)},
+      {"truth_was_odometry", !facts.circular.empty()},
       {"front_end", facts.front_end},
       {"settings", facts.settings},
       {"complete", !result.problem.has_value()},
@@ -232,7 +235,7 @@ void write_tables(const std::filesystem::path& out, const ExperimentResult& resu
                   const ExperimentFacts& facts) {
   write_text(out / "tables.md", markdown_tables(result, facts));
   write_text(out / "tables.csv", csv_table(result));
-  write_text(out / "compare.json", experiment_json(result, facts).dump(2) + "\n");
+  write_text(out / "compare.json", json_text(experiment_json(result, facts)) + "\n");
 }
 
 }  // namespace alces::offline

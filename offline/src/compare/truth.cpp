@@ -13,6 +13,7 @@ ScanTruth read_scan_truth(const std::filesystem::path& file, const ScanSource& s
   const Trajectory truth = read_trajectory(file);
   Trajectory stamps;
   stamps.has_time = scans.size() > 0;
+  stamps.has_stamps = true;
   for (std::size_t i = 0; i < scans.size(); ++i) stamps.has_time &= scans.stamp_s(i).has_value();
   for (std::size_t i = 0; i < scans.size(); ++i) {
     stamps.stamps_s.push_back(stamps.has_time ? *scans.stamp_s(i) : static_cast<double>(scans.number(i)));

@@ -37,6 +37,14 @@ void append_xyz(std::string& bytes, const Point& point) {
   append(bytes, point.z);
 }
 
+using Origin = std::array<double, 3>;
+
+void append_xyz_from(std::string& bytes, const Point& point, const Origin& origin_m) {
+  append(bytes, static_cast<double>(point.x) + origin_m[0]);
+  append(bytes, static_cast<double>(point.y) + origin_m[1]);
+  append(bytes, static_cast<double>(point.z) + origin_m[2]);
+}
+
 // The count is known last: room for any 64-bit number, filled up with blanks in front.
 std::string count_text(std::uint64_t count) {
   return fmt::format("{:>20}", count);
@@ -80,12 +88,43 @@ class PlyWriter final : public CloudWriter {
   std::uint32_t scan_ = 0;
 };
 
+/// In doubles, from an origin on.
+class FarPlyWriter final : public FileCloudWriter {
+ public:
+  FarPlyWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), origin_m_(origin_m) {
+    std::string header =
+        "ply\nformat binary_little_endian 1.0\ncomment written by alces\n"
+        "comment right-handed, x forward, y left, z up, metres\nelement vertex ";
+    count_at_ = header.size();
+    header += count_text(0) +
+              "\nproperty double x\nproperty double y\nproperty double z\nproperty uint scan\nend_header\n";
+    output_.write(header);
+  }
+  void finish() override {
+    output_.patch(count_at_, count_text(written()));
+    FileCloudWriter::finish();
+  }
+
+ protected:
+  void write(const Point& point, std::uint32_t scan, double) override {
+    append_xyz_from(bytes_, point, origin_m_);
+    append(bytes_, scan);
+  }
+
+ private:
+  Origin origin_m_;
+  std::uint64_t count_at_ = 0;
+};
+
 class PcdWriter final : public FileCloudWriter {
  public:
-  explicit PcdWriter(const std::filesystem::path& file) : FileCloudWriter(file) {
-    std::string header =
+  PcdWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), origin_m_(origin_m), is_far_(origin_m != Origin{}) {
+    std::string header = fmt::format(
         "# .PCD v0.7 - Point Cloud Data file format, written by alces: right-handed, z up, metres\n"
-        "VERSION 0.7\nFIELDS x y z scan\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH ";
+        "VERSION 0.7\nFIELDS x y z scan\nSIZE {0} {0} {0} 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH ",
+        is_far_ ? 8 : 4);
     width_at_ = header.size();
     header += count_text(0) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS ";
     points_at_ = header.size();
@@ -100,18 +139,24 @@ class PcdWriter final : public FileCloudWriter {
 
  protected:
   void write(const Point& point, std::uint32_t scan, double) override {
-    append_xyz(bytes_, point);
+    if (is_far_)
+      append_xyz_from(bytes_, point, origin_m_);
+    else
+      append_xyz(bytes_, point);
     append(bytes_, scan);
   }
 
  private:
+  Origin origin_m_;
+  bool is_far_;
   std::uint64_t width_at_ = 0;
   std::uint64_t points_at_ = 0;
 };
 
 class LasWriter final : public FileCloudWriter {
  public:
-  explicit LasWriter(const std::filesystem::path& file) : FileCloudWriter(file), file_(file) {
+  LasWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), file_(file), origin_m_(origin_m) {
     output_.write(header());
   }
   void finish() override {
@@ -166,10 +211,10 @@ class LasWriter final : public FileCloudWriter {
     append(h, std::uint32_t{0});  // legacy counts: not for this format
     for (int i = 0; i < 5; ++i) append(h, std::uint32_t{0});
     for (int axis = 0; axis < 3; ++axis) append(h, las::step_m);
-    for (int axis = 0; axis < 3; ++axis) append(h, 0.0);  // offsets
+    for (const double offset_m : origin_m_) append(h, offset_m);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      append(h, most_m_.at(axis));
-      append(h, least_m_.at(axis));
+      append(h, most_m_.at(axis) + origin_m_.at(axis));
+      append(h, least_m_.at(axis) + origin_m_.at(axis));
     }
     append(h, std::uint64_t{0});  // waveforms
     append(h, std::uint64_t{0});  // extended variable length records
@@ -186,6 +231,7 @@ class LasWriter final : public FileCloudWriter {
   }
 
   std::filesystem::path file_;
+  Origin origin_m_;
   std::uint64_t count_ = 0;
   std::array<double, 3> least_m_{};
   std::array<double, 3> most_m_{};
@@ -193,14 +239,24 @@ class LasWriter final : public FileCloudWriter {
 
 class CsvWriter final : public FileCloudWriter {
  public:
-  explicit CsvWriter(const std::filesystem::path& file) : FileCloudWriter(file) {
+  CsvWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), origin_m_(origin_m), is_far_(origin_m != Origin{}) {
     output_.write("x,y,z,scan\n");
   }
 
  protected:
   void write(const Point& point, std::uint32_t scan, double) override {
-    fmt::format_to(std::back_inserter(bytes_), "{},{},{},{}\n", point.x, point.y, point.z, scan);
+    if (is_far_)
+      fmt::format_to(std::back_inserter(bytes_), "{:.4f},{:.4f},{:.4f},{}\n",
+                     static_cast<double>(point.x) + origin_m_[0], static_cast<double>(point.y) + origin_m_[1],
+                     static_cast<double>(point.z) + origin_m_[2], scan);
+    else
+      fmt::format_to(std::back_inserter(bytes_), "{},{},{},{}\n", point.x, point.y, point.z, scan);
   }
+
+ private:
+  Origin origin_m_;
+  bool is_far_;
 };
 
 class KittiWriter final : public FileCloudWriter {
@@ -240,16 +296,18 @@ void CloudWriter::add(std::span<const Point> points, std::uint32_t scan, double 
   flush();
 }
 
-std::unique_ptr<CloudWriter> open_cloud_writer(const std::filesystem::path& file, CloudForm form) {
+std::unique_ptr<CloudWriter> open_cloud_writer(const std::filesystem::path& file, CloudForm form,
+                                               const Origin& origin_m) {
   switch (form) {
     case CloudForm::ply:
+      if (origin_m != Origin{}) return std::make_unique<FarPlyWriter>(file, origin_m);
       return std::make_unique<PlyWriter>(file);
     case CloudForm::pcd:
-      return std::make_unique<PcdWriter>(file);
+      return std::make_unique<PcdWriter>(file, origin_m);
     case CloudForm::las:
-      return std::make_unique<LasWriter>(file);
+      return std::make_unique<LasWriter>(file, origin_m);
     case CloudForm::csv:
-      return std::make_unique<CsvWriter>(file);
+      return std::make_unique<CsvWriter>(file, origin_m);
     case CloudForm::kitti:
       break;
   }

@@ -8,10 +8,12 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
 #include <utility>
 
+#include "../ply_header.h"
 #include "../ply_stream.h"
 #include "alces_drivers/stamp.h"
 #include "alces_offline/convert/cloud_writer.h"
@@ -69,12 +71,65 @@ CloudForm cloud_form(ConversionForm form) {
   }
 }
 
-bool is_ascii_ply(const fs::path& file) {
+/// Such a file needs neither its numbers parsed nor an origin: it is streamed whatever its size.
+bool has_binary_floats(const fs::path& file) {
+  std::string start(std::size_t{64} << 10, '\0');
   std::ifstream stream(file, std::ios::binary);
-  std::string start(256, '\0');
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-  return start.find("format ascii") != std::string::npos;
+  start.resize(static_cast<std::size_t>(stream.gcount()));
+  try {
+    const PlyHeader header = read_ply_header(file, start);
+    if (header.encoding == PlyEncoding::ascii || header.elements.empty()) return false;
+    const auto& properties = header.elements[0].properties;
+    return std::none_of(properties.begin(), properties.end(), [](const PlyProperty& property) {
+      return property.name.size() == 1 && property.type == NumberType::f64;
+    });
+  } catch (const InputError&) {
+    return true;  // whoever reads it says what is wrong
+  }
 }
+
+using Origin = std::array<double, 3>;
+
+/// Of run.json: what the coordinates of a map start from.
+Origin origin_of_map(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(folder / "run.json", ignored)) return {};
+  std::string bytes;
+  read_file(folder / "run.json", bytes);
+  const nlohmann::json run = nlohmann::json::parse(bytes, nullptr, false);
+  if (!run.is_object() || !run.contains("origin_m") || !run["origin_m"].is_array() ||
+      run["origin_m"].size() != 3)
+    return {};
+  Origin origin_m{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!run["origin_m"][axis].is_number()) return {};
+    origin_m.at(axis) = run["origin_m"][axis].get<double>();
+  }
+  return origin_m;
+}
+
+/// Poses in a national grid put scans of their own frame where floats have no millimetres.
+Origin origin_of_poses(const ScanSource& scans) {
+  constexpr double farthest_exact_m = 10'000;
+  Origin origin_m{};
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const std::optional<Pose> pose = scans.odometry(i);
+    if (!pose) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double at_m = pose->translation_m(static_cast<Eigen::Index>(axis));
+      if (std::abs(at_m) > farthest_exact_m) origin_m.at(axis) = std::floor(at_m / 1000) * 1000;
+    }
+    break;
+  }
+  return origin_m;
+}
+
+/// What a cloud starts from, and how much of it the poses still have.
+struct Origins {
+  Origin cloud_m{};
+  Origin poses_m{};
+};
 
 /// A scan as it is handed on: its number, and its place in the map.
 struct ScanTag {
@@ -97,7 +152,8 @@ class ScanTaker {
 
 class CloudTaker final : public ScanTaker {
  public:
-  CloudTaker(const fs::path& out, ConversionForm form) : writer_(open_cloud_writer(out, cloud_form(form))) {}
+  CloudTaker(const fs::path& out, ConversionForm form, const Origin& origin_m)
+      : writer_(open_cloud_writer(out, cloud_form(form), origin_m)) {}
 
   void take(std::span<const Point> points_in_body, const Pose& map_from_body, const ScanTag& scan) override {
     points_.clear();
@@ -189,14 +245,14 @@ class RecordingTaker final : public ScanTaker {
   std::uint64_t too_large_ = 0;
 };
 
-std::unique_ptr<ScanTaker> open_taker(const MapConversion& conversion) {
+std::unique_ptr<ScanTaker> open_taker(const MapConversion& conversion, const Origin& origin_m) {
   if (conversion.form == ConversionForm::mcap) {
     RecordedGraph graph;
     if (conversion.source == ConversionSource::map_folder)
       graph = read_recorded_graph(conversion.in, read_trajectory(conversion.in).size());
     return std::make_unique<RecordingTaker>(conversion.out, std::move(graph));
   }
-  return std::make_unique<CloudTaker>(conversion.out, conversion.form);
+  return std::make_unique<CloudTaker>(conversion.out, conversion.form, origin_m);
 }
 
 /// The map's points scan by scan, taken back into the body's frame.
@@ -239,13 +295,14 @@ void take_map(const fs::path& folder, ScanTaker& taker, MapConversionReport& rep
   hand_on();
 }
 
-void take_scans(ScanSource& scans, ScanTaker& taker, MapConversionReport& report,
-                const ScanProgress& progress) {
+void take_scans(ScanSource& scans, const Origin& poses_origin_m, ScanTaker& taker,
+                MapConversionReport& report, const ScanProgress& progress) {
   std::vector<Point> points;
   std::size_t without_pose = 0;
   for (std::size_t i = 0; scans.read(i, points); ++i) {
-    const std::optional<Pose> pose = scans.odometry(i);
+    std::optional<Pose> pose = scans.odometry(i);
     if (!pose) ++without_pose;
+    if (pose) pose->translation_m -= Eigen::Vector3d(poses_origin_m[0], poses_origin_m[1], poses_origin_m[2]);
     taker.take(points, pose.value_or(Pose{}),
                {static_cast<std::uint32_t>(scans.number(i)), i,
                 scans.stamp_s(i).value_or(static_cast<double>(scans.number(i)))});
@@ -254,7 +311,8 @@ void take_scans(ScanSource& scans, ScanTaker& taker, MapConversionReport& report
     if (i + 1 >= scans.size()) break;
   }
   report.warnings = scans.warnings();
-  if (without_pose > 0 && report.scans > 1)
+  // scans of a national grid are where they belong without one
+  if (without_pose > 0 && report.scans > 1 && scans.origin_m() == Origin{})
     report.warnings.push_back(
         fmt::format("{} of {} scans have no pose and are put at the origin; give them with --odometry",
                     without_pose, report.scans));
@@ -276,6 +334,7 @@ Trajectory recorded_trajectory(const fs::path& file) {
     for (std::size_t i = 0; i < path->stamps_ns.size(); ++i)
       poses[path->stamps_ns[i]] = path->map_from_body[i];
   }
+  check_read(file, source.error_number());
   if (poses.empty())
     throw InputError(file, fmt::format("holds no poses: nobody mapped while it was recorded; make a map with "
                                        "alces replay {} --out MAP",
@@ -310,6 +369,7 @@ void take_recording(const fs::path& file, ScanTaker& taker, MapConversionReport&
                {static_cast<std::uint32_t>(report.scans), pose->second, trajectory.stamps_s[pose->second]});
     ++report.scans;
   }
+  check_read(file, source.error_number());
   for (const std::string& problem : reader.problems())
     report.warnings.push_back(file.string() + ": " + problem);
   if (without_pose > 0)
@@ -331,7 +391,8 @@ Trajectory trajectory_of(const MapConversion& conversion) {
     case ConversionSource::cloud:
       break;
   }
-  const std::unique_ptr<ScanSource> scans = open_scans(conversion.in, {.odometry = conversion.odometry});
+  const std::unique_ptr<ScanSource> scans =
+      open_scans(conversion.in, {.odometry = conversion.odometry, .no_odometry = conversion.no_odometry});
   Trajectory trajectory;
   trajectory.has_time = true;
   for (std::size_t i = 0; i < scans->size(); ++i) {
@@ -376,14 +437,21 @@ std::optional<ConversionSource> conversion_source(const fs::path& in) {
     if (fs::exists(in / "map.ply", ignored) && fs::exists(in / "trajectory.tum", ignored))
       return ConversionSource::map_folder;
     bool has_frames = false;
+    bool has_records = false;  // .bin and .csv are scans, unless they are of a folder of traces
+    bool has_traces = false;
     for (const fs::path& file : list_files(in)) {
       const std::string extension = file.extension().string();
+      const std::string name = file.filename().string();
+      has_records = has_records || extension == ".bin" || extension == ".csv";
+      has_traces = has_traces || extension == ".log" || extension == ".times" || extension == ".nmea" ||
+                   name == "vehicle.toml" || name == "gpio.txt" || name.starts_with("laser_");
       for (const char* scan : {".3d", ".pcd", ".ply", ".las", ".xyz", ".asc"}) {
         if (extension == scan) return ConversionSource::scans;
       }
       has_frames = has_frames || extension == ".frames" || extension == ".pose";
     }
     if (has_frames) return ConversionSource::trajectory;
+    if (has_records && !has_traces) return ConversionSource::scans;
     return std::nullopt;
   }
   const std::string extension = in.extension().string();
@@ -427,8 +495,14 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
     return report;
   }
   if (is_trajectory_form(conversion.form)) {
-    const Trajectory trajectory = trajectory_of(conversion);
+    Trajectory trajectory = trajectory_of(conversion);
     report.poses = trajectory.size();
+    report.warnings = trajectory.notes;
+    if (conversion.source == ConversionSource::map_folder) {
+      const Origin origin_m = origin_of_map(conversion.in);
+      for (Pose& pose : trajectory.poses)
+        pose.translation_m += Eigen::Vector3d(origin_m[0], origin_m[1], origin_m[2]);
+    }
     if (conversion.form == ConversionForm::tum) write_tum(conversion.out, trajectory);
     if (conversion.form == ConversionForm::kitti) write_kitti(conversion.out, trajectory);
     if (conversion.form == ConversionForm::frames) write_3dtk_frames(conversion.out, trajectory);
@@ -443,14 +517,26 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
   // Whatever cannot be read is found before anything is written, where that is cheap.
   std::unique_ptr<ScanSource> scans;
   const bool is_streamed_ply = conversion.source == ConversionSource::cloud && extension == ".ply" &&
-                               !conversion.odometry && !is_ascii_ply(conversion.in);
+                               !conversion.odometry && conversion.scale == 1 &&
+                               has_binary_floats(conversion.in);
+  Origins origins;
   if (!is_streamed_ply &&
-      (conversion.source == ConversionSource::scans || conversion.source == ConversionSource::cloud))
-    scans = open_scans(conversion.in, {.odometry = conversion.odometry});
+      (conversion.source == ConversionSource::scans || conversion.source == ConversionSource::cloud)) {
+    scans = open_scans(conversion.in, {.odometry = conversion.odometry,
+                                       .no_odometry = conversion.no_odometry,
+                                       .scale = conversion.scale,
+                                       .format = conversion.scan_format});
+    origins.cloud_m = scans->origin_m();
+    if (origins.cloud_m == Origin{}) origins.cloud_m = origins.poses_m = origin_of_poses(*scans);
+  } else if (conversion.source == ConversionSource::map_folder) {
+    origins.cloud_m = origin_of_map(conversion.in);
+  } else if (is_streamed_ply && conversion.in.filename() == "map.ply") {
+    origins.cloud_m = origin_of_map(conversion.in.parent_path());
+  }
 
-  const std::unique_ptr<ScanTaker> taker = open_taker(conversion);
+  const std::unique_ptr<ScanTaker> taker = open_taker(conversion, origins.cloud_m);
   if (scans) {
-    take_scans(*scans, *taker, report, progress);
+    take_scans(*scans, origins.poses_m, *taker, report, progress);
   } else if (is_streamed_ply) {
     stream_ply(conversion.in, [&](std::span<const Point> piece) { taker->take(piece, Pose{}, {}); });
     report.scans = 1;
@@ -460,6 +546,14 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
     take_recording(conversion.in, *taker, report);
   }
   taker->finish(report);
+  const bool has_floats =
+      conversion.form == ConversionForm::kitti_scan || conversion.form == ConversionForm::mcap;
+  if (has_floats && origins.cloud_m != Origin{})
+    report.warnings.push_back(
+        fmt::format("{}: has floats, which cannot hold such coordinates: they are given from ({}, {}, {}) m "
+                    "on; write PLY, "
+                    "PCD, LAS or CSV to have them whole",
+                    conversion.out.string(), origins.cloud_m[0], origins.cloud_m[1], origins.cloud_m[2]));
   return report;
 }
 

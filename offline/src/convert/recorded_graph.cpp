@@ -130,6 +130,7 @@ ConstraintGraph graph_of_recording(const fs::path& recording, const std::vector<
     constraint.information = g2o_information(variance, map_from_body[edge->to].rotation);
     graph.constraints.push_back(constraint);
   }
+  check_read(recording, source.error_number());
   if (graph.constraints.empty())
     throw InputError(recording, "holds no edges of a pose graph; make a map with alces replay");
   return graph;

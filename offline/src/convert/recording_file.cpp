@@ -41,7 +41,9 @@ RecordingFile::~RecordingFile() {
 }
 
 void RecordingFile::commit() {
-  if (!writer_->finish() || writer_->file_counters().chunks_lost > 0 || !sink_.close()) fail();
+  if (!writer_->finish() || writer_->file_counters().chunks_lost > 0 || sink_.error_number() != 0 ||
+      !sink_.sync() || !sink_.close())
+    fail();
   std::error_code error;
   std::filesystem::rename(part_, file_, error);
   if (error) throw OutputError(file_, fmt::format("cannot be written ({})", error.message()));

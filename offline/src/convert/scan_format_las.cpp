@@ -13,9 +13,6 @@
 namespace alces::offline {
 namespace {
 
-/// Beyond this a float has no millimetres: national grids have millions of metres.
-constexpr double farthest_exact_m = 10'000;
-
 template <typename T>
 T at(std::string_view bytes, std::size_t offset) {
   return load<T>(bytes.data() + offset, std::endian::little);
@@ -27,8 +24,6 @@ struct Header {
   std::size_t record_bytes = 0;
   std::array<double, 3> scale{};
   std::array<double, 3> offset_m{};
-  std::array<double, 3> least_m{};
-  std::array<double, 3> most_m{};
 };
 
 Header read_header(const ScanBytes& scan) {
@@ -63,8 +58,6 @@ Header read_header(const ScanBytes& scan) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     header.scale.at(axis) = at<double>(bytes, las::scale_at + 8 * axis);
     header.offset_m.at(axis) = at<double>(bytes, las::offset_at + 8 * axis);
-    header.most_m.at(axis) = at<double>(bytes, las::bounds_at + 16 * axis);
-    header.least_m.at(axis) = at<double>(bytes, las::bounds_at + 16 * axis + 8);
     const bool is_usable = std::isfinite(header.scale.at(axis)) && header.scale.at(axis) != 0 &&
                            std::isfinite(header.offset_m.at(axis));
     if (!is_usable) throw InputError(scan.file, "has a scale or offset that is no number");
@@ -72,37 +65,18 @@ Header read_header(const ScanBytes& scan) {
   return header;
 }
 
-/// Whole kilometres, when the cloud lies where floats would lose it.
-std::array<double, 3> origin_of(const Header& header) {
-  std::array<double, 3> origin_m{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double least_m = header.least_m.at(axis);
-    const bool is_far =
-        std::abs(least_m) > farthest_exact_m || std::abs(header.most_m.at(axis)) > farthest_exact_m;
-    if (is_far && std::isfinite(least_m)) origin_m.at(axis) = std::floor(least_m / 1000) * 1000;
-  }
-  return origin_m;
-}
-
 }  // namespace
 
 void parse_las(const ScanBytes& scan, std::vector<Point>& points) {
   const Header header = read_header(scan);
-  const std::array<double, 3> origin_m = origin_of(header);
-  if (origin_m != std::array<double, 3>{}) {
-    scan.warnings.push_back(
-        fmt::format("{}: coordinates are given from ({}, {}, {}) m on: floats would lose them",
-                    scan.file.string(), origin_m[0], origin_m[1], origin_m[2]));
-  }
   points.resize(header.count);
   const char* record = scan.bytes.data() + header.points_at;
   for (Point& point : points) {
     const auto coordinate = [&](std::size_t axis) {
       const auto steps = load<std::int32_t>(record + 4 * axis, std::endian::little);
-      return static_cast<float>(steps * header.scale.at(axis) +
-                                (header.offset_m.at(axis) - origin_m.at(axis)));
+      return steps * header.scale.at(axis) + header.offset_m.at(axis);
     };
-    point = {coordinate(0), coordinate(1), coordinate(2)};
+    point = scan.reading.point(coordinate(0), coordinate(1), coordinate(2));
     record += header.record_bytes;
   }
 }

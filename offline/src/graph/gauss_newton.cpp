@@ -82,6 +82,7 @@ class Problem {
 
   void run(const GaussNewtonCallbacks& callbacks, GaussNewtonResult& result) {
     double cost = total_cost(graph_, settings_);
+    const double rounding_cost = cost_of_rounding();
     double lambda = first_lambda;
     double growth = 2;
     bool is_linearized = false;
@@ -92,7 +93,7 @@ class Problem {
     };
     report(true);
     result.end = GaussNewtonEnd::converged;
-    while (count_ > 0 && cost > 0 && lambda < largest_lambda) {
+    while (count_ > 0 && cost > rounding_cost && lambda < largest_lambda) {
       if (result.iterations == settings_.most_iterations) {
         result.end = GaussNewtonEnd::iteration_limit;
         break;
@@ -140,6 +141,19 @@ class Problem {
  private:
   using Vector = Eigen::Matrix<double, dimension, 1>;
   using Matrix = Eigen::Matrix<double, dimension, dimension>;
+
+  /// What is left where every measurement is met to the last bits, as in a chain without loops: no step makes
+  /// it less.
+  [[nodiscard]] double cost_of_rounding() const {
+    double farthest_m = 1;
+    for (const ConstraintVertex& vertex : graph_.vertices)
+      farthest_m = std::max(farthest_m, vertex.map_from_body.translation_m.cwiseAbs().maxCoeff());
+    const double rounding = 16 * std::numeric_limits<double>::epsilon() * farthest_m;
+    double sum = 0;
+    for (const Constraint& c : graph_.constraints)
+      sum += information_of(c, std::integral_constant<int, dimension>{}).trace() * rounding * rounding;
+    return sum;
+  }
 
   void linearize_all() {
     system_->set_zero();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/graph/graph_file.h"
+#include "alces_offline/graph/graph_start.h"
 #include "alces_offline/graph/planar_pose.h"
 #include "alces_offline/input_file.h"
 #include "alces_offline/text_numbers.h"
@@ -85,12 +87,17 @@ class Reader {
       ++at_;
     }
     if (result_.graph.vertices.empty()) {
-      throw InputError(file_, result_.graph.constraints.empty()
-                                  ? std::string("holds no pose graph; ") + what_is_read
-                                  : "holds edges but no vertices; the poses to start from are needed too");
+      if (result_.graph.constraints.empty())
+        throw InputError(file_, std::string("holds no pose graph; ") + what_is_read);
+      make_vertices();
     }
     resolve_edges();
     resolve_fixes();
+    if (!result_.has_poses) {
+      start_from_odometry(result_.graph);
+      // it holds the first vertex where none is fixed; the file did not say so
+      if (fixes_.empty()) result_.graph.vertices.front().is_fixed = false;
+    }
     return std::move(result_);
   }
 
@@ -258,6 +265,20 @@ class Reader {
                        fmt::format("{} vertex {}, which the file does not hold; is it cut off?", who, id));
     }
     return place->second;
+  }
+
+  /// Edges alone, as SE-Sync and DPGO have them: a vertex for each number that they name, in its order.
+  void make_vertices() {
+    std::set<std::int64_t> ids;
+    for (const Ends& ends : ends_) {
+      ids.insert(ends.from);
+      ids.insert(ends.to);
+    }
+    for (const std::int64_t id : ids) {
+      place_of_id_.emplace(id, static_cast<std::uint32_t>(result_.graph.vertices.size()));
+      result_.graph.vertices.push_back({id, Pose{}, false});
+    }
+    result_.has_poses = false;
   }
 
   void resolve_edges() {

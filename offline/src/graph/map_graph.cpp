@@ -14,9 +14,10 @@
 #include "alces_offline/error.h"
 #include "alces_offline/graph/graph_file.h"
 #include "alces_offline/input_file.h"
-#include "alces_offline/map_folder.h"
+#include "alces_offline/json_text.h"
 #include "alces_offline/map_writer.h"
 #include "alces_offline/output_file.h"
+#include "alces_offline/staged_folder.h"
 
 namespace alces::offline {
 namespace {
@@ -99,18 +100,20 @@ void carry(const fs::path& from, const fs::path& to) {
   }
 }
 
-/// Those of another map that was in `folder` before: they would pass for this one's.
-void remove_uncarried(const fs::path& from, const fs::path& folder) {
-  std::error_code ignored;
-  for (const char* name : carried_files)
-    if (!fs::exists(from / name, ignored)) fs::remove(folder / name, ignored);
-  fs::remove(folder / "covariances.csv", ignored);
-}
-
 Trajectory with_poses_of(const ConstraintGraph& graph, Trajectory trajectory) {
   trajectory.poses.clear();
   for (const ConstraintVertex& vertex : graph.vertices) trajectory.poses.push_back(vertex.map_from_body);
   return trajectory;
+}
+
+template <typename Write>
+void put(StagedFolder& stage, const Write& write) {
+  try {
+    write(stage.staging());
+    stage.commit();
+  } catch (const OutputError& error) {
+    throw OutputError(stage.renamed(error.what()));
+  }
 }
 
 }  // namespace
@@ -144,21 +147,19 @@ void write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintG
     throw UsageError(out.string() + ": is the map itself; write the better one to a folder of its own");
   }
   StagedFolder stage(out);
-  const fs::path& folder = stage.staging();
   const Trajectory trajectory = with_poses_of(graph, map.trajectory);
-  write_tum(folder / "trajectory.tum", trajectory);
-  write_graph(folder / "graph.g2o", graph, GraphFormat::g2o);
-  write_3dtk_frames(folder / "frames", trajectory);
-  write_points(folder / "map.ply", map, graph);
-  carry(map.folder, folder);
   nlohmann::json report = map.report.is_object() ? map.report : nlohmann::json::object();
   report["optimize"] = optimize;
-  OutputFile file(folder / "run.json");
-  file.write(report.dump(2) + "\n");
-  file.commit();
-  stage.commit("run.json");
-  remove_uncarried(map.folder, out);
-  remove_other_frames(out / "frames", trajectory);
+  put(stage, [&](const fs::path& folder) {
+    write_tum(folder / "trajectory.tum", trajectory);
+    write_graph(folder / "graph.g2o", graph, GraphFormat::g2o);
+    write_3dtk_frames(folder / "frames", trajectory);
+    write_points(folder / "map.ply", map, graph);
+    carry(map.folder, folder);
+    OutputFile file(folder / "run.json");
+    file.write(json_text(report) + "\n");
+    file.commit();
+  });
 }
 
 void write_graph_folder(const fs::path& out, const ConstraintGraph& graph) {
@@ -166,42 +167,10 @@ void write_graph_folder(const fs::path& out, const ConstraintGraph& graph) {
   Trajectory trajectory;
   for (const ConstraintVertex& vertex : graph.vertices)
     trajectory.stamps_s.push_back(static_cast<double>(vertex.id));
-  write_tum(stage.staging() / "trajectory.tum", with_poses_of(graph, std::move(trajectory)));
-  write_graph(stage.staging() / "graph.g2o", graph, GraphFormat::g2o);
-  stage.commit("trajectory.tum");
-}
-
-StagedFolder::StagedFolder(fs::path folder) : folder_(std::move(folder)) {
-  std::error_code ignored;
-  is_new_ = !fs::exists(folder_, ignored);
-  make_folder(folder_);
-  staging_ = folder_ / ".part";
-  fs::remove_all(staging_, ignored);
-  make_folder(staging_);
-}
-
-StagedFolder::~StagedFolder() {
-  std::error_code ignored;
-  fs::remove_all(staging_, ignored);
-  if (is_new_) fs::remove(folder_, ignored);  // only if it is empty
-}
-
-void StagedFolder::commit(const std::string& last) {
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(staging_)) {
-    if (entry.is_directory()) {
-      make_folder(folder_ / entry.path().lexically_relative(staging_));
-    } else {
-      files.push_back(entry.path().lexically_relative(staging_));
-    }
-  }
-  std::sort(files.begin(), files.end());
-  std::stable_partition(files.begin(), files.end(), [&](const fs::path& file) { return file != last; });
-  for (const fs::path& file : files) {
-    std::error_code error;
-    fs::rename(staging_ / file, folder_ / file, error);
-    if (error) throw OutputError(folder_ / file, "cannot be written (" + error.message() + ")");
-  }
+  put(stage, [&](const fs::path& folder) {
+    write_tum(folder / "trajectory.tum", with_poses_of(graph, std::move(trajectory)));
+    write_graph(folder / "graph.g2o", graph, GraphFormat::g2o);
+  });
 }
 
 }  // namespace alces::offline

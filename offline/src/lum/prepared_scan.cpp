@@ -89,7 +89,8 @@ PreparedScan ScanPreparation::prepare(std::span<const Point> points) {
   scan.reserve(counts.kept);
   if (!scan.tree_.build(std::span(reduced_).first(counts.kept), *scratch_)) return {};
   scan.samples_.resize(surface_.sample_capacity);
-  scan.samples_.resize(sample_surface(scan.tree_, surface_, scan.samples_));
+  const ScanSpacing spacing = measure_spacing(scan.tree_, surface_.neighbors);
+  scan.samples_.resize(sample_surface(scan.tree_, surface_, spacing, scan.samples_));
   return scan;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "alces/arena.h"
 #include "alces/voxel_grid.h"
@@ -65,16 +66,18 @@ ReferenceMap::ReferenceMap(std::span<const Point> points, double cell_size_m) : 
   if (!tree_.build(kept, scratch)) refuse_size(kept.size());
 }
 
-std::vector<Point> read_cloud(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+ReferenceCloud read_cloud(const std::filesystem::path& file, std::vector<std::string>& warnings) {
   const std::unique_ptr<ScanSource> source = open_scans(file);
-  std::vector<Point> all;
+  ReferenceCloud cloud;
   std::vector<Point> points;
   for (std::size_t i = 0; source->read(i, points); ++i) {
-    all.insert(all.end(), points.begin(), points.end());
+    cloud.points.insert(cloud.points.end(), points.begin(), points.end());
     if (i + 1 == source->size()) break;
   }
   for (const std::string& warning : source->warnings()) warnings.push_back(warning);
-  return all;
+  const std::array<double, 3> origin_m = source->origin_m();
+  cloud.origin_m = {origin_m[0], origin_m[1], origin_m[2]};
+  return cloud;
 }
 
 }  // namespace alces::offline

@@ -49,7 +49,7 @@ class Matcher {
     }
     const IcpScan model{&map.tree(), {}, {}};
     const IcpScan data{&scan.tree(), scan.samples(), {}};
-    const IcpResult match = icp_.match({&model, 1}, {&data, 1}, start, settings_.match, trace_);
+    const IcpResult match = icp_.match({&model, 1}, {&data, 1}, start, settings_.match, nullptr, trace_);
     const double last_moved_m = match.iterations > 0 ? trace_[match.iterations - 1].moved_m : 0;
     pose.verdict = judge(match, last_moved_m, settings_);
     pose.map_from_body = match.model_from_data;

@@ -1,4 +1,5 @@
 #include "alces_offline/report/report.h"
+#include "alces_offline/json_text.h"
 
 #include <fmt/format.h>
 
@@ -178,7 +179,7 @@ ReportSummary write_report(const std::filesystem::path& map_folder, const std::f
   if (!settings.full) {
     // What is not yet there of the page: the table of nodes and chunks, and the elements about the chunks.
     const std::size_t to_come =
-        node_table(tree.nodes).dump().size() + 200 * (16 + tree.points.size() / 100'000) + 2000;
+        json_text(node_table(tree.nodes), -1).size() + 200 * (16 + tree.points.size() / 100'000) + 2000;
     std::size_t rest = static_map.size() + scans_block.size() + script_json(report).size() + to_come;
     for (const PagePiece& piece : page) rest += piece.text.size() + 6 * title.size();
     if (rest + least_bytes_of_points > settings.limit_bytes)

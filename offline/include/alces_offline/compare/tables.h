@@ -17,6 +17,7 @@ struct ExperimentFacts {
   nlohmann::json settings;  ///< the mapper's
   std::string version;
   std::vector<std::string> command_line;
+  std::string circular = {};  ///< why the truth says nothing of the maps; empty: nothing is known against it
 };
 
 /// Errors or consistency, run times, and what the columns are.

@@ -10,9 +10,12 @@
 // | csv | x,y,z,scan with a header | spreadsheets |
 // | kitti | float x y z, intensity 0 | KITTI's tools, LIO/LOAM code |
 //
-// Coordinates are REP 103's metres, as handed over. Points that are not finite are counted, not written.
+// Coordinates are REP 103's metres, as handed over, with the origin added: then ply and pcd have double x y
+// z, csv four decimals, LAS the origin as its offset; KITTI's floats cannot have it. Points that are not
+// finite are counted, not written.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -55,7 +58,9 @@ class CloudWriter {
   std::uint64_t not_finite_ = 0;
 };
 
+/// `origin_m` was taken off the coordinates and comes back; zero: none was.
 [[nodiscard]] std::unique_ptr<CloudWriter> open_cloud_writer(const std::filesystem::path& file,
-                                                             CloudForm form);
+                                                             CloudForm form,
+                                                             const std::array<double, 3>& origin_m = {});
 
 }  // namespace alces::offline

@@ -51,7 +51,10 @@ struct MapConversion {
   std::filesystem::path out;
   ConversionSource source = ConversionSource::cloud;
   ConversionForm form = ConversionForm::ply;
-  std::optional<std::filesystem::path> odometry;  ///< poses of the scans, instead of those beside them
+  std::optional<std::filesystem::path> odometry = {};  ///< poses of the scans, instead of those beside them
+  bool no_odometry = false;                            ///< nor those beside them
+  double scale = 1;                                    ///< of the scans' coordinates
+  std::string scan_format = {};                        ///< ScanSourceOptions::format
 };
 
 struct MapConversionReport {

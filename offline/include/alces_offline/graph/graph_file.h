@@ -32,12 +32,15 @@ enum class GraphFormat : std::uint8_t { g2o, toro };
 struct GraphFile {
   ConstraintGraph graph;                  ///< vertices and constraints in the file's order
   GraphFormat format = GraphFormat::g2o;  ///< of the first line
+  /// False: the file has edges alone, and the poses are composed along them (start_from_odometry).
+  bool has_poses = true;
 };
 
 /// About a second for 100,000 poses in 3D. InputError with file and line: an unknown tag, too few or too many
 /// numbers, NaN, a quaternion that is none, a second vertex of the same id, a vertex that is not there, an
-/// edge from a vertex to itself, information that is not positive definite; a file without vertices.
-/// Whether the graph hangs together is not asked here: graph_parts.h.
+/// edge from a vertex to itself, information that is not positive definite; a file without edges and
+/// vertices. Edges alone get their vertices in the order of their numbers. Whether the graph hangs together
+/// is not asked here: graph_parts.h.
 [[nodiscard]] GraphFile read_graph(const std::filesystem::path& file);
 
 /// Numbers with as many digits as bring the same double back (Euler angles are rounded on the way). TORO

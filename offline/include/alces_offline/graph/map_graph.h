@@ -25,31 +25,12 @@ struct MapGraph {
 /// Writes a complete map folder with the poses of `graph`, which is that of `map` with other poses: map.ply
 /// is that of map.folder re-placed, run.json its report with `optimize` added under that name; scans.csv,
 /// counters.csv and trajectory_without_loops.tum are copied where map.folder has them. All of it or nothing
-/// (StagedFolder); what an earlier map left of these in `out`, and its covariances.csv, is removed. `out` is
+/// (StagedFolder); what an earlier map left of these in `out`, and its covariances.csv, goes away. `out` is
 /// not map.folder: UsageError. InputError, OutputError.
 void write_map_graph(const std::filesystem::path& out, const MapGraph& map, const ConstraintGraph& graph,
                      const nlohmann::json& optimize);
 
 /// graph.g2o and trajectory.tum (stamps are the vertices' ids) of a graph without scans; all or nothing.
 void write_graph_folder(const std::filesystem::path& out, const ConstraintGraph& graph);
-
-/// Files that appear in a folder together: written below `staging()`, on the same disk, and moved into the
-/// folder by commit(). Without commit() nothing stays, nor the folder if it was made for this.
-class StagedFolder {
- public:
-  explicit StagedFolder(std::filesystem::path folder);
-  StagedFolder(const StagedFolder&) = delete;
-  StagedFolder& operator=(const StagedFolder&) = delete;
-  ~StagedFolder();
-
-  [[nodiscard]] const std::filesystem::path& staging() const { return staging_; }
-  /// Replaces files of the same names, one after the other in the order of their names, `last` last.
-  void commit(const std::string& last);
-
- private:
-  std::filesystem::path folder_;
-  std::filesystem::path staging_;
-  bool is_new_ = false;
-};
 
 }  // namespace alces::offline

@@ -3,6 +3,7 @@
 // Memory: 15 bytes a point that is left after thinning out, and while it is built some 100 more.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -31,9 +32,15 @@ class ReferenceMap {
   std::size_t given_ = 0;
 };
 
-/// The points of a cloud in any of scan_source.h's formats. What the reader warns of (a national grid moved
-/// by kilometres) goes to `warnings`. InputError.
-[[nodiscard]] std::vector<Point> read_cloud(const std::filesystem::path& file,
-                                            std::vector<std::string>& warnings);
+/// A cloud, and what was taken off its coordinates (ScanSource::origin_m).
+struct ReferenceCloud {
+  std::vector<Point> points;
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
+};
+
+/// In any of scan_source.h's formats. What the reader warns of (a national grid moved by kilometres) goes to
+/// `warnings`. InputError.
+[[nodiscard]] ReferenceCloud read_cloud(const std::filesystem::path& file,
+                                        std::vector<std::string>& warnings);
 
 }  // namespace alces::offline

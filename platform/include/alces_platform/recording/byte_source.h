@@ -12,6 +12,8 @@ class ByteSource {
  public:
   /// Fills `room` as far as there are bytes; fewer than asked for: this is the end.
   [[nodiscard]] virtual std::size_t read(std::span<std::uint8_t> room) = 0;
+  /// errno of what failed; 0 when nothing did. Fewer bytes than asked for are then no end.
+  [[nodiscard]] virtual int error_number() const { return 0; }
 
  protected:
   ~ByteSource() = default;
@@ -35,8 +37,7 @@ class FileSource final : public ByteSource {
 
   [[nodiscard]] bool is_open() const { return file_ != nullptr; }
   [[nodiscard]] std::size_t read(std::span<std::uint8_t> room) override;
-  /// errno of what failed; 0 when nothing did.
-  [[nodiscard]] int error_number() const { return error_number_; }
+  [[nodiscard]] int error_number() const override { return error_number_; }
 
  private:
   std::FILE* file_ = nullptr;

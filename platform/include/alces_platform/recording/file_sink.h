@@ -20,8 +20,11 @@ class FileSink final : public ByteSink {
   FileSink& operator=(const FileSink&) = delete;
   ~FileSink();
 
-  /// Creates the file, or empties it; a regular file only. False: error_number() says why.
-  [[nodiscard]] bool open(const char* path);
+  enum class Existing : std::uint8_t { replace, refuse };
+
+  /// Creates the file, or empties it (or refuses to: EEXIST); a regular file only, and one that no other
+  /// process writes (EBUSY). False: error_number() says why.
+  [[nodiscard]] bool open(const char* path, Existing existing = Existing::replace);
   [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) override;
   /// Waits until everything is on the disk. May take seconds: not from the thread that acquires.
   [[nodiscard]] bool sync();

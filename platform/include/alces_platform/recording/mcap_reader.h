@@ -3,8 +3,8 @@
 // No summary is needed. A file that was cut is read to the last whole message before the cut, inside an
 // unfinished chunk too. A chunk whose CRC is wrong is passed over and counted. Where a record makes no sense,
 // reading goes on at the next thing that looks like a chunk and has the right CRC. Unknown records are passed
-// over, lengths are believed only as far as there are bytes. Compressed chunks are passed over and counted:
-// this project writes none, and `mcap decompress` undoes it.
+// over, lengths are believed only as far as there are bytes. Chunks that zstd or lz4 packed are unpacked;
+// others are passed over and counted. This project packs none.
 //
 // Memory: the largest record, at most maximum_record_bytes.
 #pragma once
@@ -102,6 +102,8 @@ class Reader {
       visit("bytes_cut", bytes_cut);
     }
   };
+  /// errno of a read that failed: what was read is not all that the file holds. 0: none did.
+  [[nodiscard]] int read_error() const { return source_.error_number(); }
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
  private:
@@ -136,8 +138,9 @@ class Reader {
   std::size_t pending_ = 0;  ///< bytes of the record just read, consumed when the next one is asked for
   bool source_ended_ = false;
 
-  Bytes chunk_;                  ///< records of the current chunk that are still to be read
-  std::uint64_t chunk_end_ = 0;  ///< position in the file behind them
+  std::vector<std::uint8_t> unpacked_;  ///< of the current chunk, where it is compressed
+  Bytes chunk_;                         ///< records of the current chunk that are still to be read
+  std::uint64_t chunk_end_ = 0;         ///< position in the file behind them
   bool chunk_is_cut_ = false;
   std::optional<ReadMessage> loose_message_;  ///< one outside of chunks
 

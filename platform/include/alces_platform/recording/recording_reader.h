@@ -100,12 +100,13 @@ struct RecordingSummary {
   std::uint64_t bytes = 0;
   std::uint64_t messages = 0;
   std::uint64_t messages_missing = 0;
-  std::int64_t begin_ns = 0;
+  std::int64_t begin_ns = 0;  ///< of our own topics
   std::int64_t end_ns = 0;
   std::int64_t utc_offset_ns = 0;
   bool has_configuration = false;
   bool is_recording = false;  ///< it is an MCAP file
   bool is_whole = false;
+  int read_error = 0;  ///< errno; the figures are then of a part of the file
   std::vector<std::string> problems;
 };
 [[nodiscard]] RecordingSummary summarise_recording(ByteSource& source);

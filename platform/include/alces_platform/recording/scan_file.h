@@ -17,6 +17,7 @@ namespace alces {
 enum class ScanFileProblem : std::uint8_t {
   none,
   cannot_make,     ///< the file
+  in_use,          ///< by another process
   not_an_archive,  ///< it exists and is something else
   cannot_empty,
   cannot_write_begin,

@@ -15,6 +15,7 @@ class RecordingSource final : public EventSource {
   /// TraceError when the file cannot be opened or is no recording.
   explicit RecordingSource(const std::filesystem::path& file);
 
+  /// TraceError when a read fails: that is not the end.
   [[nodiscard]] bool next(Event& event) override;
   [[nodiscard]] std::string name() const override { return name_; }
   /// The reader's, and how many messages are missing or malformed.

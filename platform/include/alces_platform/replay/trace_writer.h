@@ -21,21 +21,30 @@ struct TraceWriterOptions {
   std::vector<std::string> lines;  ///< the offset to write for each line; empty: the line's number
 };
 
-/// A text or binary file, buffered. TraceWriteError when it cannot be written.
+/// A text or binary file, buffered, that gets its name when it is whole: what is there before stays until
+/// then. TraceWriteError when it cannot be written.
 class TraceFile {
  public:
   explicit TraceFile(const std::filesystem::path& file);
+  TraceFile(TraceFile&& other) noexcept;
+  TraceFile& operator=(TraceFile&&) = delete;
+  /// Without finish() nothing stays.
+  ~TraceFile();
   void write(std::string_view bytes);
   void finish();
 
  private:
   std::ofstream stream_;
   std::string name_;
+  std::string part_;  ///< what it is called until finish(); empty: a device, or finished
 };
+
+/// Whether a file of this name in a folder is a part of a drive, as TraceFolderWriter writes it.
+[[nodiscard]] bool is_trace_name(std::string_view name);
 
 class TraceFolderWriter final : public EventSink {
  public:
-  /// Makes the folder; files of earlier traces in it are replaced. TraceWriteError.
+  /// Makes the folder; files of earlier traces in it go away. TraceWriteError.
   /// utc_offset_ns: UTC - the events' clock, kept in events.txt; 0: not known.
   TraceFolderWriter(std::filesystem::path folder, TraceWriterOptions options, std::int64_t utc_offset_ns = 0);
 
