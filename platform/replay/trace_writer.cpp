@@ -134,6 +134,15 @@ void TraceFolderWriter::on_event(const Event& event) {
     case EventKind::stop:
       order += "stop";
       break;
+    case EventKind::order:
+      order += "order";
+      add(static_cast<std::uint8_t>(event.order));
+      add(event.is_up ? 1 : 0);
+      break;
+    case EventKind::sync_sent:
+      order += "sync_sent";
+      add(event.channel);
+      break;
     case EventKind::can_frame:
     case EventKind::can_sent:
       write_frame(event);
