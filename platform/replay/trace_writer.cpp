@@ -220,7 +220,9 @@ void TraceFileWriter::on_event(const Event& event) {
     files_[0].write(text_of(event.bytes));
     files_[1].write(line_);
   } else {
-    if (event.kind != EventKind::tick && event.kind != EventKind::stop) ++events_left_out_;
+    const bool was_on_a_wire = event.kind != EventKind::tick && event.kind != EventKind::stop &&
+                               event.kind != EventKind::order && event.kind != EventKind::sync_sent;
+    if (was_on_a_wire) ++events_left_out_;
     return;
   }
   ++events_;
