@@ -1,5 +1,6 @@
 #include "alces_platform/linux/permit_socket.h"
 
+#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
