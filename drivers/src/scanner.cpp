@@ -20,6 +20,8 @@ const char* text(ScannerPhase phase) {
       return "stopping the lasers";
     case ScannerPhase::stopping_motor:
       return "stopping the motor";
+    case ScannerPhase::left:
+      return "ended, and the motor is not confirmed to stand";
   }
   return "unknown";
 }
@@ -184,9 +186,11 @@ void Scanner::on_event(const Event& event) {
       if (config_.has_motor && event.channel == 0) motor_.on_link(event.is_up, event.stamp_ns);
       return;
     case EventKind::edge:
+      if (config_.has_motor) motor_.on_edge(event.edge, event.stamp_ns);
       encoder_.on_edge(event.edge, event.stamp_ns);
       return;
     case EventKind::edges_lost:
+      if (config_.has_motor) motor_.on_edges_lost(event.edge.line, event.stamp_ns);
       encoder_.on_edges_lost(event.lost_count, event.stamp_ns);
       return;
     case EventKind::bytes:
@@ -210,8 +214,28 @@ void Scanner::on_event(const Event& event) {
     case EventKind::stop:
       stop();
       return;
+    case EventKind::order:
+      if (config_.has_motor) obey(event);
+      return;
+    case EventKind::sync_sent:
+      if (config_.has_motor && event.channel == 0) motor_.on_sync_sent(event.stamp_ns);
+      return;
     case EventKind::can_sent:
     case EventKind::bytes_sent:
+      return;
+  }
+}
+
+void Scanner::obey(const Event& event) {
+  switch (event.order) {
+    case MotorOrder::permit:
+      motor_.on_permit(event.is_up, event.stamp_ns);
+      return;
+    case MotorOrder::reset:
+      motor_.reset(event.stamp_ns);
+      return;
+    case MotorOrder::resumed:
+      motor_.on_resumed(event.stamp_ns);
       return;
   }
 }
@@ -268,7 +292,9 @@ void Scanner::advance_phase(std::int64_t now_ns) {
   }
   switch (phase_) {
     case ScannerPhase::stopped:
+    case ScannerPhase::left:
       if (!wants_to_run_) return;
+      is_hurried_ = false;
       dry_since_ns_ = no_stamp_ns;
       if (!config_.has_motor) {
         start_lasers(now_ns);
@@ -292,14 +318,20 @@ void Scanner::advance_phase(std::int64_t now_ns) {
     case ScannerPhase::scanning:
       return;
     case ScannerPhase::stopping_lasers:
-      if (!are_lasers(LaserState::stopped) && now_ns - phase_since_ns_ <= config_.laser_stop_timeout_ns)
+      if (!are_lasers(LaserState::stopped) && !is_hurried_ &&
+          now_ns - phase_since_ns_ <= config_.laser_stop_timeout_ns)
         return;
       assembler_->finish();
       if (config_.has_motor) motor_.stop(now_ns);
       enter(ScannerPhase::stopping_motor, now_ns);
       return;
     case ScannerPhase::stopping_motor:
-      if (!config_.has_motor || motor_.state() == MotorState::stopped) enter(ScannerPhase::stopped, now_ns);
+      if (config_.has_motor && is_hurried_) motor_.quick_stop(now_ns);  // once; it knows that it does already
+      if (!config_.has_motor || motor_.state() == MotorState::stopped) {
+        enter(ScannerPhase::stopped, now_ns);
+      } else if (motor_.has_ended()) {
+        enter(ScannerPhase::left, now_ns);
+      }
       return;
   }
 }
@@ -341,6 +373,7 @@ const char* Scanner::reason() const {
   switch (phase_) {
     case ScannerPhase::starting_motor:
     case ScannerPhase::stopping_motor:
+    case ScannerPhase::left:
       return motor_.reason();
     case ScannerPhase::starting_lasers:
     case ScannerPhase::stopping_lasers:

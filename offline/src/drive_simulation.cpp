@@ -44,9 +44,12 @@ class Host final : public EventSink, public ScanSink, public NoticePort {
   void raise(const Notice& notice) override {
     if (recorder != nullptr) recorder->write_notice(notice);
     if (notice.severity == Severity::info || result_.notices.size() >= most_notices) return;
+    std::string value;
+    if (notice.has_value)
+      value =
+          notice.is_hexadecimal ? fmt::format(" (0x{:X})", notice.value) : fmt::format(" ({})", notice.value);
     result_.notices.push_back(fmt::format("{:8.2f} s  {}: {}{}", seconds(notice.stamp_ns - begin_ns),
-                                          notice.source, notice.text,
-                                          notice.has_value ? fmt::format(" ({})", notice.value) : ""));
+                                          notice.source, notice.text, value));
   }
   [[nodiscard]] std::uint64_t points() const { return points_; }
 
@@ -177,7 +180,7 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   stop.kind = EventKind::stop;
   stop.stamp_ns = now_ns;
   host.on_event(stop);
-  for (int step = 0; step < 400 && !host.scanner->is_stopped(); ++step) {
+  for (int step = 0; step < 400 && !host.scanner->has_ended(); ++step) {
     now_ns += step_ns;
     rig.advance_to(now_ns, host);
   }

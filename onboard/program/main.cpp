@@ -11,10 +11,11 @@ constexpr const char* footer = R"(Examples:
   alcesd --config vehicle.toml --record drive-%t.mcap       map, and record everything; %t is the time of the start
   alcesd --config vehicle.toml --record drive.mcap --no-map record only; `alces replay drive.mcap --out town` maps later
 
-SIGTERM or Ctrl-C stops the lasers and the motor, finishes map and recording, and prints a summary; a second one hurries.
+SIGTERM or Ctrl-C stops the lasers and the motor, finishes map and recording, and prints a summary; a second one stops
+the motor by quick stop at once; a third one leaves the devices as they are.
 
 Exit status: 0 done, 2 usage, 3 invalid configuration, 4 not enough memory, 5 a device that must be there is not, or a
-file that cannot be written.)";
+file that cannot be written, 6 the drive did not confirm that the motor stands: it may turn.)";
 
 }  // namespace
 
@@ -25,14 +26,17 @@ int main(int argc, char** argv) {
   app.footer(footer);
   alces::onboard::Options options;
   bool is_without_map = false;
-  app.add_option("--config", options.config, "vehicle.toml: what hangs on which wire, and how to map")
-      ->required();
+  app.add_option("--config", options.config, "vehicle.toml: what hangs on which wire, and how to map");
   app.add_flag("--dry-run", options.is_dry_run,
                "check the configuration and say what would be done; open nothing");
   app.add_option("--record", options.record, "record to this file, whatever the configuration says");
   app.add_flag("--no-map", is_without_map, "acquire and record only");
+  app.add_flag(
+      "--reset-motor", options.resets_motor,
+      "let the motor of the alcesd that runs begin anew after it was given up; look at the head first");
   try {
     app.parse(argc, argv);
+    if (options.config.empty() && !options.resets_motor) throw CLI::RequiredError("--config");
   } catch (const CLI::Success& success) {  // --help, --version
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

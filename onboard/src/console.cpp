@@ -52,7 +52,9 @@ void Console::raise(const Notice& notice) {
     std::snprintf(when.data(), when.size(), "[%9.3f] ", seconds(notice.stamp_ns - config_.begin_ns));
   }
   std::array<char, 32> value{};
-  if (notice.has_value) std::snprintf(value.data(), value.size(), " (%" PRId64 ")", notice.value);
+  if (notice.has_value)
+    std::snprintf(value.data(), value.size(), notice.is_hexadecimal ? " (0x%" PRIX64 ")" : " (%" PRId64 ")",
+                  notice.value);
   std::array<char, line_bytes> line{};
   const int count =
       std::snprintf(line.data(), line.size(), "%s%s%s: %s: %s%s\n", is_line_open_ ? clear_line.data() : "",

@@ -26,6 +26,8 @@ Devices::Devices(const settings::VehicleSettings& settings, EventLoop& loop)
     config.interface_name = can_name_.c_str();
     can_.emplace(loop, config);
   }
+  if (scanner.has_motor && scanner.motor.permit.source == PermitSource::socket)
+    permit_.emplace(loop, settings.permit_socket.c_str());
   if (!settings.gpio_lines.empty()) {
     std::vector<GpioLine> lines;
     for (const std::string& name : settings.gpio_lines) {
@@ -80,6 +82,7 @@ Scanner::Ports Devices::ports() {
 void Devices::open() {
   // A bus that is there and down has no error(): it is waited for.
   if (can_ && !can_->open() && can_->error()[0] != '\0') throw Error(ExitStatus::device, can_->error());
+  if (permit_ && !permit_->open()) throw Error(ExitStatus::device, permit_->error());
   if (gpio_ && !gpio_->open())
     throw Error(ExitStatus::device, sentence(gpio_->error(), "the GPIO lines cannot be opened"));
   for (LaserDevice& laser : lasers_) {
@@ -104,6 +107,7 @@ bool Devices::is_idle() const {
 
 void Devices::close() {
   if (can_) can_->close();
+  if (permit_) permit_->close();
   if (gpio_) gpio_->close();
   for (LaserDevice& laser : lasers_) {
     if (laser.serial) laser.serial->close();

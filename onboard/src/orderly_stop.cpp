@@ -25,24 +25,30 @@ StopStage OrderlyStop::update(std::int64_t now_ns, std::uint64_t requests, bool 
   if (requests >= 2 && hurried_ns_ == no_stamp_ns) {
     hurried_ns_ = now_ns;
     pipeline_.abandon_mapping();
+    if (stage_ == StopStage::stopping_scanner) pipeline_.stop_scanner();  // again: quick stop
   }
   switch (stage_) {
     case StopStage::running:
       if (requests == 0) break;
       pipeline_.raise({now_ns, Severity::info, "alcesd", "told to stop: lasers and motor first"});
       pipeline_.stop_scanner();
+      if (hurried_ns_ != no_stamp_ns) pipeline_.stop_scanner();
       enter(StopStage::stopping_scanner, now_ns);
       break;
     case StopStage::stopping_scanner: {
       const bool is_overdue =
           requests >= 3 || now_ns - since_ns_ >= limits_.scanner_limit_ns ||
           (hurried_ns_ != no_stamp_ns && now_ns - hurried_ns_ >= limits_.hurried_limit_ns);
-      const bool is_stopped = pipeline_.is_scanner_stopped() && are_devices_idle;
+      const bool is_stopped = pipeline_.has_scanner_ended() && are_devices_idle;
       if (!is_stopped && !is_overdue) break;
       if (!is_stopped) {
         was_scanner_left_ = true;
         pipeline_.raise({now_ns, Severity::error, "alcesd",
                          "lasers and motor did not stop in time and are left as they are"});
+      }
+      if (!pipeline_.is_motor_confirmed()) {
+        const MotorReason reason = MotorReason::stop_not_confirmed;
+        pipeline_.raise({now_ns, Severity::error, "alcesd", text(reason)});
       }
       pipeline_.end_events();
       enter(StopStage::finishing_map, now_ns);

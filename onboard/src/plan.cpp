@@ -1,11 +1,14 @@
 #include "alces_onboard/plan.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 
 #include "alces_onboard/error.h"
 #include "alces_platform/settings/byte_size.h"
+#include "alces_platform/settings/key_line.h"
 
 namespace alces::onboard {
 namespace {
@@ -15,6 +18,8 @@ using settings::VehicleSettings;
 
 /// Half of it is the largest write: a chunk with its index.
 constexpr std::size_t file_ring_bytes = std::size_t{8} << 20;
+/// LimitRTPRIO= of packaging/alcesd/alcesd.service.
+constexpr std::uint64_t unit_priority_limit = 50;
 constexpr std::size_t archive_index_bytes_per_scan = 24;
 
 std::size_t stored_bytes(const MapperConfig& mapper, std::size_t points) {
@@ -36,15 +41,77 @@ std::string laser_line(const VehicleSettings& settings, std::size_t i) {
                          : std::string("CoLa-B"));
 }
 
+/// What people beside the head have to know.
+std::string head_lines(const VehicleSettings& settings) {
+  const MotorConfig& motor = settings.scanner.motor;
+  std::string text = "\nThe head\n";
+  switch (motor.permit.source) {
+    case PermitSource::none:
+      text += "  turns as soon as alcesd runs: nobody is asked (permit = \"none\")\n";
+      break;
+    case PermitSource::gpio:
+      text +=
+          fmt::format("  turns with a permit by GPIO line {}\n",
+                      motor.permit.line < settings.gpio_lines.size() ? settings.gpio_lines[motor.permit.line]
+                                                                     : std::string("?"));
+      break;
+    case PermitSource::can:
+      text += fmt::format("  turns with a permit by CAN messages 0x{:X}\n", motor.permit.cob_id);
+      break;
+    case PermitSource::socket:
+      text += fmt::format("  turns with a permit by datagrams to {}\n", settings.permit_socket);
+      break;
+  }
+  text += fmt::format(
+      "  stands, and the drive has said so, at most {:.0f} s after the signal; else exit status 6\n",
+      seconds(Scanner::stop_limit_ns(settings.scanner)));
+  if (motor.watchdog_writes.size() == 0 && motor.own_heartbeat_timeout_ms == 0) {
+    text +=
+        "  warning: turns on when alcesd is killed or the cable is cut: the drive is not told to watch this "
+        "computer\n           (own_heartbeat_timeout_ms, watchdog_writes); cut its torque by hardware "
+        "(STO)\n";
+  } else {
+    text +=
+        "  when alcesd is killed or the cable is cut the drive has to stop by itself; whether it does is "
+        "found\n"
+        "  out at the start, and said. Cut its torque by hardware (STO) all the same: docs/safety.md\n";
+  }
+  return text;
+}
+
 std::string join(const std::vector<std::string>& words) {
   std::string joined;
   for (const std::string& word : words) joined += (joined.empty() ? "" : ", ") + word;
   return joined;
 }
 
+/// What this machine cannot do, whatever the configuration says.
+void check_machine(const VehicleSettings& settings, const Options& options) {
+  const auto refuse = [&](const char* key, const std::string& sentence) {
+    const std::size_t line = settings::key_line(settings.text, "program", key);
+    throw Error(ExitStatus::configuration,
+                line != 0 ? fmt::format("{}:{}: {}", options.config.string(), line, sentence)
+                          : fmt::format("{}: {}", options.config.string(), sentence));
+  };
+  const long processors = ::sysconf(_SC_NPROCESSORS_CONF);
+  if (settings.processor >= 0 && settings.processor >= processors)
+    refuse("processor", fmt::format("program.processor is {}, but this machine has {}, counted from 0",
+                                    settings.processor, processors));
+  struct rlimit limit {};
+  const bool is_known = ::getrlimit(RLIMIT_RTPRIO, &limit) == 0;
+  const bool is_unlimited = ::geteuid() == 0 || (is_known && limit.rlim_cur == RLIM_INFINITY);
+  const auto granted = std::max<std::uint64_t>(unit_priority_limit, is_known ? limit.rlim_cur : 0);
+  if (!is_unlimited && static_cast<std::uint64_t>(settings.fifo_priority) > granted)
+    refuse("fifo_priority",
+           fmt::format("program.fifo_priority is {}, but no more than {} is granted (LimitRTPRIO= "
+                       "of alcesd.service, ulimit -r)",
+                       settings.fifo_priority, granted));
+}
+
 }  // namespace
 
 Plan make_plan(const VehicleSettings& settings, const Options& options) {
+  check_machine(settings, options);
   if (const char* const wrong = problem(settings.scanner); wrong != nullptr)
     throw Error(ExitStatus::configuration, fmt::format("{}: {}", options.config.string(), wrong));
   if (settings.scan_slots == 0)
@@ -157,6 +224,7 @@ std::string describe(const Plan& plan, const VehicleSettings& settings, const Op
   } else {
     text += "  nothing to record to: give --record FILE\n";
   }
+  if (settings.scanner.has_motor) text += head_lines(settings);
   if (settings.fifo_priority > 0 || settings.processor >= 0 || settings.locks_memory) {
     text += "\nAsks for\n";
     if (settings.fifo_priority > 0)

@@ -18,6 +18,7 @@
 #include "alces_onboard/devices.h"
 #include "alces_onboard/error.h"
 #include "alces_onboard/recording_name.h"
+#include "alces_onboard/run_lock.h"
 #include "alces_platform/linux/clock.h"
 #include "alces_platform/linux/realtime.h"
 #include "alces_platform/linux/watchdog.h"
@@ -31,6 +32,7 @@ namespace {
 
 constexpr std::int64_t file_end_limit_ns = 30 * ns_per_s;
 constexpr std::int64_t console_end_limit_ns = ns_per_s;
+constexpr const char* motor_left_status = "the drive did not confirm that the motor stands: it may turn";
 
 /// What devices and the event loop speak to before there is a pipeline: the pipeline needs their ports.
 class Inlet final : public EventSink, public NoticePort {
@@ -115,6 +117,8 @@ class Program {
   void start() {
     open_files();
     if (!loop_.open({})) throw Error(ExitStatus::device, loop_.error());
+    if (!run_lock_.take())
+      fmt::print(stderr, "alcesd: {}; alcesd --reset-motor will not find this one\n", run_lock_.error());
     if (!watchdog_.open()) fmt::print(stderr, "alcesd: {}\n", watchdog_.error());
     lines_.start();
     devices_.emplace(settings_, loop_);
@@ -127,7 +131,9 @@ class Program {
 
   /// Until it is told to stop and has stopped.
   void work() {
-    OrderlyStop stop(*pipeline_, {});
+    StopLimits limits;
+    limits.scanner_limit_ns = Scanner::stop_limit_ns(plan_.pipeline.scanner) + ns_per_s;
+    OrderlyStop stop(*pipeline_, limits);
     say(Severity::info, plan_.pipeline.records ? "runs, and records" : "runs, and records nothing");
     pipeline_->start_scanner();
     loop_.run_once();
@@ -136,14 +142,20 @@ class Program {
 
     StopStage stage = StopStage::running;
     while (stage != StopStage::finished) {
+      loop_.wake_at(pipeline_->next_wake_ns());
       loop_.run_once();
       const std::int64_t now = now_ns();
       watchdog_.alive(now);
       const StopStage next = stop.update(now, loop_.stop_requests(), devices_->is_idle());
-      if (next != stage && next != StopStage::running) watchdog_.stopping(text(next));
+      if (next != stage && next != StopStage::running)
+        watchdog_.stopping(is_motor_left(next, stop) ? motor_left_status : text(next));
       stage = next;
       if (now - shown_ns_ >= ns_per_s) show_status(now, stage == StopStage::running);
     }
+  }
+
+  [[nodiscard]] static bool is_motor_left(StopStage stage, const OrderlyStop& stop) {
+    return stage > StopStage::stopping_scanner && !stop.is_motor_confirmed();
   }
 
   void open_files() {
@@ -220,11 +232,25 @@ class Program {
     console_.end();
     lines_.stop(console_end_limit_ns);
     print_summary();
-    if (!is_whole)
-      throw Error(ExitStatus::device,
-                  fmt::format("{}: the end of the recording could not be written ({}); what is there "
-                              "can be read and replayed",
-                              recording_.string(), reason_of(file_.error_number())));
+    const std::string cut = is_whole
+                                ? ""
+                                : fmt::format(
+                                      "{}: the end of the recording could not be written ({}); what is there "
+                                      "can be read and replayed",
+                                      recording_.string(), reason_of(file_.error_number()));
+    if (!pipeline_->is_motor_confirmed()) {
+      if (!is_whole) fmt::print(stderr, "alcesd: {}\n", cut);
+      throw Error(ExitStatus::motor, motor_left_sentence());
+    }
+    if (!is_whole) throw Error(ExitStatus::device, cut);
+  }
+
+  /// The last that is printed when nobody knows whether the head turns.
+  [[nodiscard]] std::string motor_left_sentence() const {
+    const Motor& motor = pipeline_->scanner().motor();
+    const cia402::State known = motor.last_drive_state();
+    return fmt::format("THE HEAD MAY TURN: {} (it said last: {})", text(MotorReason::stop_not_confirmed),
+                       known == cia402::State::unknown ? "nothing" : cia402::text(known));
   }
 
   void print_summary() const {
@@ -268,6 +294,7 @@ class Program {
   ScanFile archive_;
   MonotonicStageClock clock_;
   Watchdog watchdog_;
+  RunLock run_lock_;
 
   Inlet inlet_;
   EventLoop loop_;
@@ -290,6 +317,11 @@ settings::VehicleSettings read(const std::filesystem::path& file) {
 }  // namespace
 
 void run(const Options& options, const char* version, std::FILE* out) {
+  if (options.resets_motor) {
+    reset_motor_of_running_program();
+    fmt::print(out, "the running alcesd was told to reset its motor; its log says what became of it\n");
+    return;
+  }
   const settings::VehicleSettings settings = read(options.config);
   if (options.is_dry_run) {
     fmt::print(out, "{}", describe(make_plan(settings, options), settings, options));

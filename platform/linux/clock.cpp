@@ -17,6 +17,10 @@ std::int64_t now_ns() {
   return read(CLOCK_MONOTONIC);
 }
 
+std::int64_t suspended_ns() {
+  return read(CLOCK_BOOTTIME) - read(CLOCK_MONOTONIC);
+}
+
 std::int64_t SystemClocks::monotonic_ns() {
   return read(CLOCK_MONOTONIC);
 }

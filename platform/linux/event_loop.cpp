@@ -14,11 +14,12 @@
 namespace alces {
 namespace {
 
-constexpr std::array taken_signals{SIGTERM, SIGINT, SIGHUP};
+constexpr std::array taken_signals{SIGTERM, SIGINT, SIGHUP, SIGUSR1};
 
-/// Marks in epoll's data: a slot's number and generation, or one of our own two.
+/// Marks in epoll's data: a slot's number and generation, or one of our own three.
 constexpr std::uint64_t timer_mark = UINT64_MAX;
 constexpr std::uint64_t signal_mark = UINT64_MAX - 1;
+constexpr std::uint64_t wake_mark = UINT64_MAX - 2;
 
 std::uint64_t mark(EventLoop::Watch watch) {
   return (std::uint64_t{watch.generation} << 32) | watch.slot;
@@ -65,6 +66,11 @@ bool EventLoop::open(const EventLoopConfig& config) {
   const itimerspec periodic{.it_interval = interval, .it_value = interval};
   if (timerfd_settime(timer_.number(), 0, &periodic, nullptr) != 0) return fail("timerfd_settime");
   if (!add_own(timer_.number(), timer_mark)) return fail("epoll_ctl");
+  wake_timer_ = FileDescriptor(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
+  if (!wake_timer_) return fail("timerfd_create");
+  if (!add_own(wake_timer_.number(), wake_mark)) return fail("epoll_ctl");
+  wake_ns_ = no_stamp_ns;
+  suspended_before_ns_ = config.suspended_ns();
   if (config.take_signals) {
     const sigset_t set = taken_set();
     sigset_t before;
@@ -84,6 +90,7 @@ bool EventLoop::open(const EventLoopConfig& config) {
 
 void EventLoop::close() {
   signals_.reset();
+  wake_timer_.reset();
   timer_.reset();
   epoll_.reset();
   if (has_blocked_signals_) {
@@ -147,10 +154,13 @@ void EventLoop::run_once() {
   const int count = epoll_wait(epoll_.number(), ready.data(), static_cast<int>(ready.size()), timeout_ms);
   ++counters_.rounds;
   bool is_tick_due = false;
+  bool is_wake_due = false;
   for (int i = 0; i < count; ++i) {
     const std::uint64_t which = ready[static_cast<std::size_t>(i)].data.u64;
     if (which == timer_mark) {
       is_tick_due = true;
+    } else if (which == wake_mark) {
+      is_wake_due = true;
     } else if (which == signal_mark) {
       take_signals();
     } else {
@@ -161,12 +171,22 @@ void EventLoop::run_once() {
     }
   }
   if (is_tick_due) tick();
+  if (is_wake_due) wake();
   flush();
 }
 
 void EventLoop::take_signals() {
   signalfd_siginfo information{};
   while (read(signals_.number(), &information, sizeof information) == sizeof information) {
+    if (information.ssi_signo == SIGUSR1) {
+      ++counters_.motor_resets;
+      Event event;
+      event.stamp_ns = now_ns();
+      event.kind = EventKind::order;
+      event.order = MotorOrder::reset;
+      sink_.on_event(event);
+      continue;
+    }
     ++(information.ssi_signo == SIGHUP ? counters_.reload_requests : counters_.stop_requests);
   }
 }
@@ -186,10 +206,37 @@ void EventLoop::tick() {
   for (EventSource* source : sources_) {
     if (source != nullptr) source->on_tick(now);
   }
+  deliver_tick(now);
+}
+
+void EventLoop::deliver_tick(std::int64_t now_ns) {
   Event event;
-  event.stamp_ns = now;
+  event.stamp_ns = now_ns;
+  const std::int64_t suspended_ns = config_.suspended_ns();
+  if (suspended_ns - suspended_before_ns_ > tolerable_suspension_ns) {
+    ++counters_.suspensions;
+    event.kind = EventKind::order;
+    event.order = MotorOrder::resumed;
+    sink_.on_event(event);
+  }
+  suspended_before_ns_ = suspended_ns;
   event.kind = EventKind::tick;
   sink_.on_event(event);
+}
+
+void EventLoop::wake_at(std::int64_t stamp_ns) {
+  if (stamp_ns == wake_ns_ || !wake_timer_) return;
+  wake_ns_ = stamp_ns;
+  itimerspec once{};  // all zero: disarmed
+  if (stamp_ns > 0) once.it_value = to_timespec(stamp_ns);
+  timerfd_settime(wake_timer_.number(), TFD_TIMER_ABSTIME, &once, nullptr);
+}
+
+void EventLoop::wake() {
+  std::uint64_t due = 0;
+  if (read(wake_timer_.number(), &due, sizeof due) != sizeof due || due == 0) return;
+  ++counters_.wakes;
+  deliver_tick(now_ns());
 }
 
 void EventLoop::flush() {

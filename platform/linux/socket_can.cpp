@@ -1,5 +1,6 @@
 #include "alces_platform/linux/socket_can.h"
 
+#include <fcntl.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <linux/errqueue.h>
@@ -7,19 +8,23 @@
 #include <net/if.h>
 #include <sys/epoll.h>
 #include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <optional>
 
+#include "alces_drivers/canopen/cob_id.h"
 #include "alces_platform/linux/can_wire.h"
 
 namespace alces {
 namespace {
 
-constexpr int rounds_at_once = 4;  ///< of batches, before others in the loop have their turn
+constexpr int rounds_at_once = 4;               ///< of batches, before others in the loop have their turn
+constexpr unsigned long echo_flag = 1UL << 18;  // linux/if.h, which does not go together with net/if.h
 constexpr std::int64_t hardware_stamp_tolerance_ns = 5 * ns_per_ms;
 
 template <class Value>
@@ -32,6 +37,17 @@ ifreq request_for(const char* interface_name) {
   std::memcpy(request.ifr_name, interface_name,
               std::min<std::size_t>(std::strlen(interface_name), IFNAMSIZ - 1));
   return request;
+}
+
+/// Does the controller's driver echo a frame once it was sent (IFF_ECHO)? Otherwise the kernel does when it
+/// is queued, which tells nothing. SIOCGIFFLAGS is too short for the flag.
+bool has_echo(const char* interface_name) {
+  std::array<char, 64 + IFNAMSIZ> path{};
+  std::snprintf(path.data(), path.size(), "/sys/class/net/%s/flags", interface_name);
+  const FileDescriptor file(::open(path.data(), O_RDONLY | O_CLOEXEC));
+  std::array<char, 32> text{};
+  if (!file || ::read(file.number(), text.data(), text.size() - 1) <= 0) return false;
+  return (std::strtoul(text.data(), nullptr, 16) & echo_flag) != 0;
 }
 
 /// The kernel's stamps of one datagram, CLOCK_REALTIME; 0 where there is none.
@@ -188,6 +204,7 @@ bool SocketCan::try_open(std::int64_t now_ns) {
   const int on = 1;
   set_option(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on);
   set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, on);
+  if (has_echo(name_.text())) set_option(descriptor, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, on);
   const auto stamps = static_cast<int>(
       SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE |
       (config_.use_hardware_stamps ? SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE : 0));
@@ -329,6 +346,17 @@ void SocketCan::accept(const msghdr& header, std::size_t size, std::int64_t arri
     stamp_ns = bridge_.monotonic_ns(realtime_ns, arrival_ns);
   } else {
     ++counters_.receive_without_stamp;
+  }
+  if ((header.msg_flags & MSG_CONFIRM) != 0) {  // a frame of ours, after it was on the wire
+    ++counters_.echoes;
+    if (frame->is_classical_data() && frame->id == canopen::sync_cob_id && realtime_ns != 0) {
+      Event event;
+      event.stamp_ns = stamp_ns;
+      event.kind = EventKind::sync_sent;
+      event.channel = config_.channel;
+      loop_.sink().on_event(event);
+    }
+    return;
   }
   const bool was_up = bus_.is_up();
   bus_.on_frame(*frame, stamp_ns);

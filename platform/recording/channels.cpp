@@ -35,6 +35,8 @@ enum SchemaPlace : std::uint16_t {
   diagnostics_schema,
   stop_schema,
   transforms_schema,
+  order_schema,
+  sync_schema,
   can_frame_schema,
   can_fd_frame_schema,
   schema_count
@@ -168,6 +170,20 @@ constexpr std::array<mcap::Schema, schema_count> all_schemas = {{
                 "std_msgs/Header header\nstring child_frame_id\nTransform transform\n")
          ALCES_USES("geometry_msgs/Transform", "Vector3 translation\nQuaternion rotation\n") ALCES_USES(
              "geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n") ALCES_QUATERNION ALCES_HEADER},
+    {"alces_msgs/msg/MotorOrder",
+     "# What a person, or the machine, said about the motor.\n"
+     "uint8 PERMIT=0   # of the permit's socket\n"
+     "uint8 RESET=1    # a motor that was given up begins anew\n"
+     "uint8 RESUMED=2  # the machine was suspended\n"
+     "builtin_interfaces/Time stamp\n"
+     "uint8 order\n"
+     "bool is_given  # of PERMIT\n"  //
+     ALCES_TIME},
+    {"alces_msgs/msg/SyncSent",
+     "# A SYNC of ours left the CAN controller; stamp: of its echo.\n"
+     "builtin_interfaces/Time stamp\n"
+     "uint8 channel\n"  //
+     ALCES_TIME},
     {"can_msgs/msg/Frame",
      "std_msgs/Header header\n"
      "uint32 id\n"
@@ -213,6 +229,8 @@ constexpr std::array<mcap::Channel, fixed_channels + topics_per_can_bus* maximum
     {"/diagnostics", diagnostics_schema},
     {"/alces/stop", stop_schema},
     {"/tf", transforms_schema},
+    {"/alces/orders", order_schema},
+    {"/alces/syncs", sync_schema},
     {"/can0/rx", can_frame_schema},
     {"/can0/tx", can_frame_schema},
     {"/can0/rx_fd", can_fd_frame_schema},

@@ -480,6 +480,11 @@ void Reader::read_data_end(Bytes content) {
 }
 
 void Reader::read_footer(Bytes content) {
+  if (content.size() > footer_bytes) {  // a chunk, say, whose opcode is damaged: the file goes on behind it
+    ++counters_.records_corrupt;
+    problem(position(), "a record that calls itself the footer, and is too long for one; passed over");
+    return;
+  }
   ByteReader in(content);
   const std::uint64_t summary_start = in.u64();
   const std::uint64_t offsets_start = in.u64();

@@ -191,6 +191,25 @@ bool RecordingReader::decode(int topic, const mcap::ReadMessage& raw, RecordedMe
       static_cast<void>(cdr.time());
       message.content = event;
       break;
+    case Topic::orders: {
+      event.kind = EventKind::order;
+      static_cast<void>(cdr.time());
+      const auto order = cdr.number<std::uint8_t>();
+      event.is_up = cdr.boolean();
+      event.order = static_cast<MotorOrder>(order);
+      if (order <= static_cast<std::uint8_t>(MotorOrder::resumed)) {
+        message.content = event;
+      } else {
+        message.content = ForeignRecord{};
+      }
+      break;
+    }
+    case Topic::syncs:
+      event.kind = EventKind::sync_sent;
+      static_cast<void>(cdr.time());
+      event.channel = cdr.number<std::uint8_t>();
+      message.content = event;
+      break;
     case Topic::edges:
     case Topic::edges_lost:
       static_cast<void>(cdr.time());

@@ -184,6 +184,19 @@ void RecordingWriter::on_event(const Event& event) {
     case EventKind::stop:
       put(Topic::stop, event.stamp_ns, [&](CdrWriter& cdr) { cdr.time(event.stamp_ns); });
       return;
+    case EventKind::order:
+      put(Topic::orders, event.stamp_ns, [&](CdrWriter& cdr) {
+        cdr.time(event.stamp_ns);
+        cdr.number(static_cast<std::uint8_t>(event.order));
+        cdr.boolean(event.is_up);
+      });
+      return;
+    case EventKind::sync_sent:
+      put(Topic::syncs, event.stamp_ns, [&](CdrWriter& cdr) {
+        cdr.time(event.stamp_ns);
+        cdr.number(event.channel);
+      });
+      return;
     case EventKind::can_frame:
     case EventKind::can_sent:
       put_frame(event);

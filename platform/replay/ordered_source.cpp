@@ -65,6 +65,19 @@ bool OrderedSource::read_entry(Words& words, std::int64_t stamp_ns, Event& event
     event.kind = EventKind::stop;
     return first.empty();
   }
+  if (what == "order") {
+    event.kind = EventKind::order;
+    std::uint8_t order = 0;
+    std::uint8_t is_up = 0;
+    if (!parse_byte(first, order) || !parse_byte(second, is_up) || !third.empty()) return false;
+    event.order = static_cast<MotorOrder>(order);
+    event.is_up = is_up != 0;
+    return order <= static_cast<std::uint8_t>(MotorOrder::resumed);
+  }
+  if (what == "sync_sent") {
+    event.kind = EventKind::sync_sent;
+    return parse_byte(first, event.channel) && second.empty();
+  }
   if (what == "edges_lost") {
     event.kind = EventKind::edges_lost;
     return parse_byte(first, event.channel) && parse_byte(second, event.edge.line) &&

@@ -159,6 +159,15 @@ void TraceFolderWriter::on_event(const Event& event) {
     case EventKind::stop:
       order += "stop";
       break;
+    case EventKind::order:
+      order += "order";
+      add(static_cast<std::uint8_t>(event.order));
+      add(event.is_up ? 1 : 0);
+      break;
+    case EventKind::sync_sent:
+      order += "sync_sent";
+      add(event.channel);
+      break;
     case EventKind::can_frame:
     case EventKind::can_sent:
       write_frame(event);
@@ -236,7 +245,9 @@ void TraceFileWriter::on_event(const Event& event) {
     files_[0].write(text_of(event.bytes));
     files_[1].write(line_);
   } else {
-    if (event.kind != EventKind::tick && event.kind != EventKind::stop) ++events_left_out_;
+    const bool was_on_a_wire = event.kind != EventKind::tick && event.kind != EventKind::stop &&
+                               event.kind != EventKind::order && event.kind != EventKind::sync_sent;
+    if (was_on_a_wire) ++events_left_out_;
     return;
   }
   ++events_;

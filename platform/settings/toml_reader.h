@@ -64,6 +64,8 @@ class TomlReader {
 
   /// Is the key given? (A writer says `is_set`: whether it is worth a word.)
   [[nodiscard]] bool wants(const char* key, bool is_set);
+  /// A key that older files have: it is read, and means nothing any more.
+  void retired(const char* key) { static_cast<void>(find(key)); }
   /// Keys that this table or row must have.
   void need(std::initializer_list<const char*> keys) const;
   /// A sentence about the key, where the table has it, else about the table.

@@ -68,6 +68,7 @@ class TomlWriter {
     line(key, inline_table(row, visit_row), "");
   }
 
+  static void retired(const char*) {}
   [[nodiscard]] static bool wants(const char*, bool is_set) { return is_set; }
   static void need(std::initializer_list<const char*>) {}
   static void expect(bool, const char*, const std::string&) {}

@@ -33,6 +33,46 @@ void check_encoder_lines(const VehicleSettings& vehicle, const TomlReader& reade
   reader.require(!vehicle.gpio_chip.empty() || count == 0, "gpio", "chip", "gpio.chip is empty");
 }
 
+void check_permit(const VehicleSettings& vehicle, const TomlReader& reader) {
+  const std::size_t count = vehicle.gpio_lines.size();
+  const PermitConfig& permit = vehicle.scanner.motor.permit;
+  reader.require(!vehicle.scanner.has_motor || permit.source != PermitSource::gpio || permit.line < count,
+                 "motor", "permit_line",
+                 fmt::format("motor.permit_line is {}, but gpio.lines has {} entries, counted from 0",
+                             permit.line, count));
+  reader.require(permit.source != PermitSource::socket ||
+                     (!vehicle.permit_socket.empty() && vehicle.permit_socket.size() < 108),
+                 "motor", "permit_socket", "motor.permit_socket must name a file of 1 to 107 bytes");
+}
+
+/// Times that contradict each other: the driver refuses some of them, too, but knows no keys.
+void check_motor_times(const MotorConfig& motor, const TomlReader& reader) {
+  const double timeout_ms = static_cast<double>(motor.heartbeat_timeout_ns) * 1e-6;
+  reader.require(motor.heartbeat_timeout_ns == 0 || motor.heartbeat_period_ms == 0 ||
+                     timeout_ms > motor.heartbeat_period_ms,
+                 "motor", "heartbeat_timeout_ms",
+                 fmt::format("motor.heartbeat_timeout_ms is {}, but a heartbeat comes every {} ms "
+                             "(heartbeat_period_ms); give at least twice that",
+                             timeout_ms, motor.heartbeat_period_ms));
+  const double own_period_ms = static_cast<double>(motor.own_heartbeat_period_ns) * 1e-6;
+  reader.require(
+      motor.own_heartbeat_timeout_ms == 0 || motor.own_heartbeat_period_ns > 0, "motor",
+      "own_heartbeat_timeout_ms",
+      fmt::format("motor.own_heartbeat_timeout_ms is {}, but own_heartbeat_period_ms is 0: the drive "
+                  "would wait for heartbeats that nobody sends",
+                  motor.own_heartbeat_timeout_ms));
+  reader.require(motor.own_heartbeat_timeout_ms == 0 || own_period_ms < motor.own_heartbeat_timeout_ms,
+                 "motor", "own_heartbeat_timeout_ms",
+                 fmt::format("motor.own_heartbeat_timeout_ms is {}, but our heartbeat goes out every {} ms "
+                             "(own_heartbeat_period_ms); give at least twice that",
+                             motor.own_heartbeat_timeout_ms, own_period_ms));
+  reader.require(motor.sync.period_ns == 0 || motor.sync.period_ns >= ns_per_ms, "motor", "sync_period_ms",
+                 "motor.sync_period_ms is below 1 ms, which no bus and no timer here can keep; 0: no SYNC");
+  reader.require(motor.own_heartbeat_period_ns == 0 || motor.own_heartbeat_period_ns >= 10 * ns_per_ms,
+                 "motor", "own_heartbeat_period_ms",
+                 "motor.own_heartbeat_period_ms is below the 10 ms of the program's ticks");
+}
+
 /// How many rays a profile of this laser has; 0: only the laser knows.
 double rays_of(const ScannerConfig& scanner, std::size_t laser) {
   if (scanner.laser_makes[laser] == LaserMake::lms2xx) return scanner.lms2xx[laser].field_of_view_deg + 1.0;
@@ -76,6 +116,10 @@ void check_serial_lines(const VehicleSettings& vehicle, const TomlReader& reader
 
 void check_vehicle(const VehicleSettings& vehicle, const TomlReader& reader) {
   const ScannerConfig& scanner = vehicle.scanner;
+  if (scanner.has_motor) {
+    check_motor_times(scanner.motor, reader);
+    check_permit(vehicle, reader);
+  }
   if (scanner.has_motor && check(scanner.motor) != MotorConfigStatus::ok)
     refuse(reader, "motor", text(check(scanner.motor)));
   check_encoder_lines(vehicle, reader);

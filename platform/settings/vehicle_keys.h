@@ -106,6 +106,8 @@ void visit_vehicle(Settings& vehicle, Visitor& visit) {
               "numbers or names; [encoder] counts them from 0");
 
   visit_motor(vehicle.scanner.motor, visit);
+  if (visit.wants("permit_socket", vehicle.scanner.motor.permit.source == PermitSource::socket))
+    visit.text("permit_socket", vehicle.permit_socket, "datagrams: 1 gives the permit, 0 withdraws it");
   visit_encoder(vehicle.scanner, visit);
   for (std::size_t laser = 0; laser < ScannerConfig::maximum_lasers; ++laser)
     visit_laser(vehicle, laser, visit);

@@ -9,6 +9,7 @@ namespace {
 // linux/can/error.h
 constexpr std::uint32_t error_controller = 0x004, error_bus_off = 0x040, error_bus = 0x080,
                         error_restarted = 0x100;
+constexpr std::uint32_t sync_id = 0x080;
 constexpr std::uint8_t passive_both = 0x30;  // CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE
 
 bool is_of_node(const CanFrame& frame, std::uint32_t function, const CanNode& node) {
@@ -52,7 +53,13 @@ bool CanBus::send(const CanFrame& frame) {
   }
   ++host_pending_;
   ++counters_.from_host;
-  pend(frame, now_ns_, from_host);
+  std::int64_t ready_ns = now_ns_;
+  if (settings_.queue_us > 0) {
+    // In their order: one queue.
+    ready_ns += static_cast<std::int64_t>(-settings_.queue_us * std::log(1 - random_.uniform()) * 1e3);
+    ready_ns = host_ready_ns_ = std::max(host_ready_ns_, ready_ns);
+  }
+  pend(frame, ready_ns, from_host);
   return true;
 }
 
@@ -155,13 +162,14 @@ void CanBus::step_traffic(std::int64_t now_ns) {
 
 void CanBus::step(std::int64_t now_ns) {
   step_state(now_ns);
+  step_traffic(now_ns);
+  // Before the nodes get to `now_ns`: they are to hear each frame at the time of its last bit.
+  transmit(now_ns);
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     polled_.clear();
     nodes_[node]->poll(now_ns, polled_);
     for (const CanFrame& frame : polled_) pend(frame, now_ns, node);
   }
-  step_traffic(now_ns);
-  transmit(now_ns);
   if (held_ && faults_.active(Fault::pdo_reordered, now_ns) == nullptr) {
     tell_host(held_->frame, now_ns);
     held_.reset();
@@ -203,6 +211,8 @@ void CanBus::arrive(const Pending& sent, std::int64_t end_ns) {
     if (node != sent.sender && !is_absent) nodes_[node]->on_frame(sent.frame, end_ns);
   if (sent.sender == from_host) {
     --host_pending_;
+    if (settings_.echoes_sync && sent.frame.id == sync_id && !sent.frame.is_extended)
+      tell_host(sent.frame, end_ns, EventKind::sync_sent);
     if (settings_.reports_sent) tell_host(sent.frame, end_ns, EventKind::can_sent);
   } else {
     arrive_at_host(sent, end_ns);

@@ -61,8 +61,8 @@ Cia402Axis::Braking Cia402Axis::braking(std::int64_t option_code) {
 
 double Cia402Axis::rate_counts(Braking braking) const {
   switch (braking) {
-    case Braking::slow_ramp:
-      return rate_counts(0x6084);
+    case Braking::slow_ramp:  // without 0x6084 one ramp does both
+      return rate_counts(objects_->has_index(0x6084) ? 0x6084 : 0x6083);
     case Braking::quick_ramp:
       return rate_counts(0x6085);
     case Braking::fastest:
@@ -87,7 +87,7 @@ Cia402Axis::Demand Cia402Axis::demand() const {
   const auto target = static_cast<double>(objects_->value(0x60FF));
   const auto fastest = static_cast<double>(objects_->value(0x607F));
   const double limited = fastest > 0 ? std::clamp(target, -fastest, fastest) : target;
-  return {speed_counts(limited), rate_counts(0x6083), rate_counts(0x6084), limited != target};
+  return {speed_counts(limited), rate_counts(0x6083), rate_counts(Braking::slow_ramp), limited != target};
 }
 
 void Cia402Axis::replan(std::int64_t now_ns) {

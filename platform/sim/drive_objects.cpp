@@ -157,6 +157,48 @@ constexpr Row epos4_rows[] = {
     {0x6502, 0, unsigned32, read_only, Mapping::tpdo, 0x3A5},
 };
 
+constexpr Row ipos_rows[] = {
+    {0x1000, 0, unsigned32, read_only, Mapping::none, 0x60192},
+    {0x1001, 0, unsigned8, read_only, Mapping::none, 0},
+    {0x1005, 0, unsigned32, read_write, Mapping::none, 0x80},
+    {0x1008, 0, visible_string, constant, Mapping::none, 0, "iPOS"},
+    {0x1010, 0, unsigned8, read_only, Mapping::none, 1},
+    {0x1010, 1, unsigned32, read_write, Mapping::none, 1},
+    {0x1011, 0, unsigned8, read_only, Mapping::none, 1},
+    {0x1011, 1, unsigned32, read_write, Mapping::none, 1},
+    {0x1016, 0, unsigned8, read_only, Mapping::none, 1},
+    {0x1016, 1, unsigned32, read_write, Mapping::none, 0},
+    {0x1017, 0, unsigned16, read_write, Mapping::none, 0},
+    {0x1018, 0, unsigned8, read_only, Mapping::none, 4},
+    {0x1018, 1, unsigned32, read_only, Mapping::none, 0x1A3},
+    {0x1018, 2, unsigned32, read_only, Mapping::none, 0},
+    {0x1018, 3, unsigned32, read_only, Mapping::none, 0},
+    {0x1018, 4, unsigned32, read_only, Mapping::none, 1},
+    {0x6007, 0, integer16, read_write, Mapping::none, 1},
+    {0x603F, 0, unsigned16, read_only, Mapping::tpdo, 0},
+    {0x6040, 0, unsigned16, read_write, Mapping::rpdo, 0},
+    {0x6041, 0, unsigned16, read_only, Mapping::tpdo, 0},
+    {0x605A, 0, integer16, read_write, Mapping::none, 2},
+    {0x605B, 0, integer16, read_write, Mapping::none, 0},
+    {0x605C, 0, integer16, read_write, Mapping::none, 1},
+    {0x605D, 0, integer16, read_write, Mapping::none, 1},
+    {0x605E, 0, integer16, read_write, Mapping::none, 2},
+    {0x6060, 0, integer8, read_write, Mapping::rpdo, 0},
+    {0x6061, 0, integer8, read_only, Mapping::tpdo, 0},
+    {0x6062, 0, integer32, read_only, Mapping::tpdo, 0},
+    {0x6063, 0, integer32, read_only, Mapping::tpdo, 0},
+    {0x6064, 0, integer32, read_only, Mapping::tpdo, 0},
+    {0x606B, 0, integer32, read_only, Mapping::tpdo, 0},
+    {0x606C, 0, integer32, read_only, Mapping::tpdo, 0},
+    {0x607A, 0, integer32, read_write, Mapping::rpdo, 0},
+    {0x6081, 0, unsigned32, read_write, Mapping::rpdo, 0},
+    {0x6083, 0, unsigned32, read_write, Mapping::rpdo, 0},
+    {0x6085, 0, unsigned32, read_write, Mapping::none, 0},
+    {0x60FD, 0, unsigned32, read_only, Mapping::tpdo, 0},
+    {0x60FF, 0, integer32, read_write, Mapping::rpdo, 0},
+    {0x6502, 0, unsigned32, read_only, Mapping::tpdo, 0x65},
+};
+
 ObjectDictionary from(std::span<const Row> rows) {
   ObjectDictionary objects;
   for (const Row& row : rows) {
@@ -251,6 +293,19 @@ ObjectDictionary epos4_objects(std::uint8_t node) {
     entry.minimum = 1;
     objects.add(ramp, 0, entry);
   }
+  return objects;
+}
+
+ObjectDictionary ipos_objects(std::uint8_t node) {
+  ObjectDictionary objects = from(ipos_rows);
+  add_parameter(objects, 0x1014, 0, unsigned32, read_only, 0x80 + node);
+  constexpr PdoDefault pdos[] = {
+      {0x200, 0x180, {0x60400010, 0}, {0x60410010, 0}},
+      {0x300, 0x280, {0x60400010, 0x60600008}, {0x60410010, 0x60610008}},
+      {0x400, 0x80000380, {0x60400010, 0x607A0020}, {0x60410010, 0x60640020}},
+      {0x500, 0x80000480, {0x60400010, 0x60FF0020}, {0x60410010, 0x606C0020}},
+  };
+  add_pdos(objects, node, pdos, 8, 5, 300);
   return objects;
 }
 

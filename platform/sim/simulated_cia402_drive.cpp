@@ -30,12 +30,23 @@ SimulatedCia402Drive::Config adapted(SimulatedCia402Drive::Config config) {
   return config;
 }
 
+ObjectDictionary objects_of(const SimulatedCia402Drive::Config& config) {
+  switch (config.model) {
+    case SimulatedCia402Drive::Model::tmcm1636:
+      return tmcm1636_objects(config.slave.node);
+    case SimulatedCia402Drive::Model::epos4:
+      return epos4_objects(config.slave.node);
+    case SimulatedCia402Drive::Model::ipos:
+      break;
+  }
+  return ipos_objects(config.slave.node);
+}
+
 }  // namespace
 
 SimulatedCia402Drive::SimulatedCia402Drive(const Config& config)
     : config_(adapted(config)),
-      objects_(config.model == Model::tmcm1636 ? tmcm1636_objects(config.slave.node)
-                                               : epos4_objects(config.slave.node)),
+      objects_(objects_of(config)),
       axis_(config_.axis, objects_),
       slave_(config_.slave, objects_, *this) {}
 

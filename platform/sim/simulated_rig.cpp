@@ -148,12 +148,21 @@ void SimulatedRig::step(std::int64_t now_ns) {
   can_.step(now_ns);
   for (SerialLine& line : lines_) line.step(now_ns);
 
-  for (; next_tick_ns_ <= now_ns; next_tick_ns_ += settings_.tick_ns) {
+  const auto tick = [this](std::int64_t due_ns) {
     Event event;
-    event.stamp_ns = next_tick_ns_;
+    // A busy host gets to its ticks late; the stamp says when it did.
+    const double late_us =
+        settings_.tick_late_us > 0 ? -settings_.tick_late_us * std::log(1 - random_.uniform()) : 0;
+    event.stamp_ns = due_ns + static_cast<std::int64_t>(late_us * 1e3);
     ++counters_.ticks;
-    events_.push(next_tick_ns_, event);
+    events_.push(event.stamp_ns, event);
+  };
+  if (wake_ns_ != no_stamp_ns && wake_ns_ <= now_ns) {
+    const bool is_new = wake_ns_ > stepped_ns_ - step_ns;
+    if (is_new && wake_ns_ != next_tick_ns_) tick(wake_ns_);
+    wake_ns_ = no_stamp_ns;
   }
+  for (; next_tick_ns_ <= now_ns; next_tick_ns_ += settings_.tick_ns) tick(next_tick_ns_);
 }
 
 void SimulatedRig::advance_to(std::int64_t stamp_ns, EventSink& sink) {

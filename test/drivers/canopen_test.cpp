@@ -139,6 +139,52 @@ TEST_CASE("strings come and go in segments of seven bytes with an alternating to
   }
 }
 
+TEST_CASE("a toggle bit that does not alternate ends the transfer at once, with 0503 0000h") {
+  SdoBench bench;
+  SECTION("upload") {
+    REQUIRE(bench.sdo.upload({device_name_index, 0}, 0));
+    bench.sdo.on_frame(frame_of(0x581, {0x41, 0x08, 0x10, 0, 20, 0, 0, 0}), 0);
+    bench.sdo.on_frame(frame_of(0x581, {0x10, 1, 2, 3, 4, 5, 6, 7}), 0);  // the first one has 0
+  }
+  SECTION("download") {
+    const std::vector<std::uint8_t> text(20, 7);
+    REQUIRE(bench.sdo.download({0x2000, 1}, text, 0));
+    bench.sdo.on_frame(frame_of(0x581, {0x60, 0x00, 0x20, 1, 0, 0, 0, 0}), 0);
+    bench.sdo.on_frame(frame_of(0x581, {0x30, 0, 0, 0, 0, 0, 0, 0}), 0);
+  }
+  CHECK(bench.sdo.status() == SdoStatus::bad_toggle);
+  CHECK(bench.sdo.counters().answers_repeated == 1);
+  REQUIRE_FALSE(bench.port.sent.empty());
+  CHECK(bench.port.sent.back().data[0] == 0x80);
+  CHECK(decode_sdo(bench.port.sent.back())->abort_code == 0x05030000);
+}
+
+TEST_CASE("a transfer that is cancelled is aborted, so that the node does not wait for its rest") {
+  SdoBench bench;
+  bench.sdo.cancel();
+  CHECK(bench.port.sent.empty());  // there is none
+  REQUIRE(bench.sdo.upload({device_name_index, 0}, 0));
+  bench.sdo.cancel();
+  CHECK(bench.sdo.status() == SdoStatus::idle);
+  CHECK(bench.port.sent.back().data[0] == 0x80);
+  CHECK(decode_sdo(bench.port.sent.back())->abort_code == sdo_abort_general);
+}
+
+TEST_CASE(
+    "a PDO whose mapping and transmission type the node has fixed is switched on, and otherwise left alone") {
+  PdoConfig pdo;
+  pdo.number = 5;
+  pdo.cob_id = 0x1C1;
+  pdo.keeps_mapping = true;
+  pdo.keeps_transmission_type = true;
+  pdo.entries = {{0x6841, 0, 16}, {0x6864, 0, 32}};
+  const PdoWrites writes = writes_for(pdo, PdoDirection::from_node, 1);
+  REQUIRE(writes.size() == 2);
+  CHECK(writes[0].index == 0x1804);
+  CHECK(writes[0].value == 0x800001C1);
+  CHECK(writes[1].value == 0x1C1);
+}
+
 TEST_CASE("an object larger than the buffer is aborted by us and said to be too large") {
   SdoBench bench;
   bench.node.objects[{device_name_index, 0}].resize(SdoClient::maximum_bytes + 1);

@@ -1,7 +1,9 @@
 #include "fault_table.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 #include <set>
 
 namespace alces {
@@ -52,13 +54,15 @@ TEST_CASE("the table of faults and the tests are the same list") {
   CHECK(rows == tests);
 }
 
-FaultBench::FaultBench(const std::string& row, const HarnessSettings& settings) : harness(settings) {
+FaultBench::FaultBench(const std::string& row, const HarnessSettings& settings)
+    : harness(settings), first_angle_rad_(settings.simulated.first_head_angle_rad) {
   const auto found =
       std::ranges::find_if(fault_table(), [&](const auto& cells) { return cells.front() == row; });
   INFO(row);
   REQUIRE(found != fault_table().end());
   REQUIRE(found->size() == 5);
   reported_ = (*found)[1];
+  goes_on_ = (*found)[2];
   recovers_ = (*found)[3];
   REQUIRE(harness.bring_up());
   harness.run_s(7);
@@ -76,7 +80,22 @@ void FaultBench::endure(double duration_s) {
   harness.scanner().visit_counters(
       [this](ScannerPart, const char*, std::uint64_t value) { counters_before_.push_back(value); });
   delivery_before_ = harness.delivery();
-  harness.run_s(duration_s);
+  worst_angle_rad_ = 0;
+  angles_ = 0;
+  constexpr double piece_s = 0.05;
+  double passed_s = 0;
+  for (; passed_s + piece_s <= duration_s; passed_s += piece_s) {
+    harness.run_s(piece_s);
+    const std::int64_t stamp_ns = harness.now_ns() - 200 * ns_per_ms;  // the assembler waits about so long
+    const AngleAnswer answer = harness.scanner().encoder().angle_at(stamp_ns);
+    if (answer.status != AngleStatus::ok) continue;
+    ++angles_;
+    const double true_rad =
+        first_angle_rad_ + 2 * std::numbers::pi * harness.simulated().drive().head_turns_at(stamp_ns);
+    const double off_rad = std::abs(std::remainder(answer.angle_rad - true_rad, 2 * std::numbers::pi));
+    worst_angle_rad_ = std::max(worst_angle_rad_, off_rad);
+  }
+  harness.run_s(duration_s - passed_s);
   delivery_ = harness.delivery();
   duration_s_ = duration_s;
 }
@@ -137,6 +156,14 @@ void FaultBench::goes_on(unsigned devices) {
   const auto whole_s = static_cast<std::uint64_t>(duration_s_);
   if ((devices & gps) != 0) CHECK(delivery_.fixes - delivery_before_.fixes + 1 >= whole_s);
   if ((devices & index) != 0) CHECK(delivery_.pulses - delivery_before_.pulses + 1 >= whole_s * 10 / 24);
+}
+
+void FaultBench::angle_is_true(const std::string& within_deg) {
+  const double worst_deg = worst_angle_rad_ * 180 / std::numbers::pi;
+  INFO("the angle was off by up to " << worst_deg << " deg");
+  CHECK(static_cast<double>(angles_) > duration_s_ / 0.05 * 0.9);
+  CHECK(worst_deg < std::stod(within_deg));
+  CHECK(goes_on_.find("the angle within " + within_deg + " deg") != std::string::npos);
 }
 
 void FaultBench::is_whole_again(int limit_s) {

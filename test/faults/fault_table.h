@@ -34,6 +34,9 @@ class FaultBench {
   /// Two whole scans in a row within the limit, counted from now, and the row's fourth cell holds "within N
   /// s".
   void is_whole_again(int limit_s);
+  /// While the fault lasted the encoder's angle was never farther than that from the shaft's, and the row's
+  /// third cell holds "the angle within N deg".
+  void angle_is_true(const std::string& within_deg);
   /// No scan since the fault began is incomplete, and scans came.
   void scans_go_on();
   /// Motor at speed, all lasers measure, every profile, ray and event is accounted for and recorded. The last
@@ -52,7 +55,11 @@ class FaultBench {
   std::size_t scans_before_ = 0;
   ScannerHarness::Delivery delivery_before_;
   ScannerHarness::Delivery delivery_;
+  double first_angle_rad_;
+  std::string goes_on_;
   double duration_s_ = 0;
+  double worst_angle_rad_ = 0;
+  std::size_t angles_ = 0;
 };
 
 /// The cells of docs/faults.md, row by row.

@@ -1,5 +1,7 @@
 // The drive and its node on the bus.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "fault_table.h"
 
@@ -95,17 +97,115 @@ TEST_CASE("fault: drive fault, once") {
   bench.all_is_well();
 }
 
+/// Whatever comes, the shaft stands and has no torque.
+void stays_disabled(FaultBench& bench, double duration_s) {
+  sim::SimulatedCia402Drive& drive = bench.harness.simulated().drive();
+  double fastest = 0;
+  bool has_torque = false;
+  for (double t_s = 0; t_s < duration_s; t_s += 0.05) {
+    bench.harness.run_s(0.05);
+    fastest = std::max(fastest, std::abs(drive.head_turns_per_s_at(bench.harness.now_ns())));
+    has_torque = has_torque || drive.state() == sim::Cia402State::operation_enabled;
+  }
+  CHECK(fastest == 0);
+  CHECK_FALSE(has_torque);
+}
+
+void reset_by_person(FaultBench& bench) {
+  Event reset;
+  reset.kind = EventKind::order;
+  reset.order = MotorOrder::reset;
+  reset.stamp_ns = bench.harness.now_ns();
+  bench.harness.on_event(reset);
+}
+
 TEST_CASE("fault: drive fault, for ever") {
   FaultBench bench("drive fault, for ever");
   bench.suffer(Fault::drive_fault_for_ever, 25);
   bench.is_told("motor", "the drive's fault cannot be reset");
-  bench.is_told("motor", "failures in a row; the motor is given up");
+  bench.is_told("motor",
+                "failures in a row; the motor is given up until a person resets it: alcesd --reset-motor");
   bench.is_told("assembler", "the head stands: no scans until it turns again");
   bench.is_counted(motor, "motor_failures_final");
   bench.goes_on(others);
-  bench.harness.simulated().drive().remove_fault_cause();
-  bench.is_whole_again(65);
+  sim::SimulatedCia402Drive& drive = bench.harness.simulated().drive();
+  drive.remove_fault_cause();
+  stays_disabled(bench, 70);
+  drive.power_off(bench.harness.now_ns());  // and on again
+  bench.harness.run_s(1);
+  drive.power_on(bench.harness.now_ns());
+  stays_disabled(bench, 70);
+  bench.harness.suffer(Fault::bus_off, 1);
+  stays_disabled(bench, 70);
+  reset_by_person(bench);
+  bench.is_whole_again(8);
   bench.all_is_well();
+}
+
+TEST_CASE("fault: drive silent for longer than six attempts") {
+  FaultBench bench("drive silent for longer than six attempts");
+  sim::SimulatedCia402Drive& drive = bench.harness.simulated().drive();
+  bench.suffer(Fault::node_absent, 60);
+  bench.is_told("motor", "the drive does not answer: check its supply, wiring, bit rate and node number");
+  bench.is_told("motor",
+                "failures in a row; the motor is given up until a person resets it: alcesd --reset-motor");
+  bench.goes_on(others);
+  // It did not hear anybody meanwhile, and turned on: this drive does not watch its master.
+  CHECK(std::abs(drive.head_turns_per_s_at(bench.harness.now_ns())) > 0.4);
+  bench.harness.run_s(3);
+  stays_disabled(bench, 70);
+  reset_by_person(bench);
+  bench.is_whole_again(8);
+  bench.all_is_well();
+}
+
+TEST_CASE("fault: permit withdrawn") {
+  HarnessSettings settings = harness_settings();
+  settings.scanner.motor.permit.source = PermitSource::socket;
+  ScannerHarness harness(settings);
+  const auto say = [&](ScannerHarness& to, bool is_given) {
+    Event message;
+    message.kind = EventKind::order;
+    message.order = MotorOrder::permit;
+    message.is_up = is_given;
+    message.stamp_ns = to.now_ns();
+    to.on_event(message);
+  };
+  const auto run_s = [&](double duration_s, bool is_given) {
+    for (double t_s = 0; t_s < duration_s; t_s += 0.1) {
+      say(harness, is_given);
+      harness.run_s(0.1);
+    }
+  };
+  const auto is_whole_within = [&](double limit_s) {
+    const std::size_t before = harness.whole_scans();
+    for (double t_s = 0; t_s < limit_s && harness.whole_scans() < before + 2; t_s += 0.1) run_s(0.1, true);
+    return harness.whole_scans() >= before + 2;
+  };
+  sim::SimulatedCia402Drive& drive = harness.simulated().drive();
+  harness.scanner().start();
+  run_s(5, true);  // a level, no edge
+  CHECK(drive.head_turns_per_s_at(harness.now_ns()) == 0);
+  CHECK(harness.scanner().motor().state() == MotorState::held);
+  run_s(0.5, false);
+  REQUIRE(is_whole_within(15));
+
+  const std::int64_t withdrawn_ns = harness.now_ns();
+  say(harness, false);
+  harness.run_s(0.5);
+  CHECK(harness.times_told("motor", "the permit is gone: the motor is stopped") == 1);
+  CHECK(harness.counter(motor, "motor_holds") == 2);
+  CHECK(drive.head_turns_per_s_at(withdrawn_ns + 300 * ns_per_ms) == 0);  // 1500 rpm at 6000 rpm/s: 0.25 s
+  CHECK(drive.state() == sim::Cia402State::switch_on_disabled);
+  run_s(5, false);
+  CHECK(drive.head_turns_per_s_at(harness.now_ns()) == 0);
+  CHECK(is_whole_within(8));
+  // And one that merely stops coming.
+  harness.run_s(1.2);
+  CHECK(drive.head_turns_per_s_at(harness.now_ns()) == 0);
+  run_s(5, true);
+  CHECK(drive.head_turns_per_s_at(harness.now_ns()) == 0);
+  CHECK(harness.account() == "");
 }
 
 TEST_CASE("fault: motor stalled") {

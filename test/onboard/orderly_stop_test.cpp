@@ -49,8 +49,10 @@ TEST_CASE("told to stop, the lasers and the motor stop, the map is finished and 
   REQUIRE(stop.stage() == StopStage::finished);
   CHECK(took_ns < 20 * ns_per_s);
   CHECK_FALSE(stop.was_scanner_left());
-  CHECK(bench.pipeline.is_scanner_stopped());
+  CHECK(bench.pipeline.has_scanner_ended());
   CHECK(bench.pipeline.scanner().motor().state() == MotorState::stopped);
+  CHECK(stop.is_motor_confirmed());
+  CHECK(bench.bench.vehicle().drive().head_turns_per_s_at(bench.bench.now_ns()) == 0);
   CHECK(bench.pipeline.finish_recording());
   const Recorded recorded = read_back(bench.sink.bytes);
   CHECK(recorded.is_whole);
@@ -90,19 +92,24 @@ TEST_CASE("a second request leaves the scans that wait") {
 
 TEST_CASE("a third request, or a scanner that does not stop, is waited for no longer") {
   StopBench bench;
+  bool stop_was_confirmed = true;
   SECTION("the third request") {
     OrderlyStop stop(bench.pipeline, {});
     CHECK(bench.run(stop, 3, ns_per_s, true) < 100 * ns_per_ms);
     CHECK(stop.stage() == StopStage::finished);
     CHECK(stop.was_scanner_left());
+    stop_was_confirmed = stop.is_motor_confirmed();
   }
   SECTION("the limit") {
     OrderlyStop stop(bench.pipeline, {.scanner_limit_ns = 50 * ns_per_ms});
     CHECK(bench.run(stop, 1, ns_per_s, true) < 200 * ns_per_ms);
     CHECK(stop.stage() == StopStage::finished);
     CHECK(stop.was_scanner_left());
+    stop_was_confirmed = stop.is_motor_confirmed();
   }
   CHECK(bench.notices.has("did not stop in time"));
+  CHECK_FALSE(stop_was_confirmed);
+  CHECK(bench.notices.has("the drive did not confirm that the motor stands without torque"));
   CHECK(bench.pipeline.finish_recording());
   CHECK(read_back(bench.sink.bytes).is_whole);
 }
@@ -116,4 +123,28 @@ TEST_CASE("a mapper that is not done in time is told to leave the rest") {
   bench.run(stop, 1, ns_per_s, true);
   CHECK(stop.stage() == StopStage::finished);
   CHECK(bench.pipeline.counters().scans_left >= 3);
+}
+
+TEST_CASE("a second request stops the head by quick stop, without waiting for lasers") {
+  StopBench bench;
+  OrderlyStop stop(bench.pipeline, {});
+  REQUIRE(bench.bench.vehicle().drive().head_turns_per_s_at(bench.bench.now_ns()) != 0);
+  // A quarter of a second at 6000 rpm/s, and the drive's word for it; the ramp alone takes a second.
+  CHECK(bench.run(stop, 2, 60 * ns_per_s, true) < 700 * ns_per_ms);
+  CHECK(bench.bench.vehicle().drive().head_turns_per_s_at(bench.bench.now_ns()) == 0);
+  CHECK(stop.is_motor_confirmed());
+}
+
+TEST_CASE("a drive that is silent is not said to stand, and the end comes all the same") {
+  StopBench bench;
+  bench.bench.vehicle().rig().inject({sim::Fault::node_absent, bench.bench.now_ns(), sim::for_ever_ns, 0});
+  OrderlyStop stop(bench.pipeline, {});
+  bench.run(stop, 1, 60 * ns_per_s, true);
+  REQUIRE(stop.stage() == StopStage::finished);
+  CHECK_FALSE(stop.is_motor_confirmed());
+  CHECK(bench.pipeline.scanner().phase() == ScannerPhase::left);
+  CHECK_FALSE(bench.notices.has("scanner: stopped"));
+  CHECK(bench.notices.has("the drive did not confirm that the motor stands without torque"));
+  CHECK(bench.bench.vehicle().drive().head_turns_per_s_at(bench.bench.now_ns()) != 0);  // and rightly so
+  CHECK(bench.pipeline.finish_recording());
 }

@@ -1,8 +1,10 @@
 #include <stdlib.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +12,7 @@
 
 #include "alces_onboard/plan.h"
 #include "alces_onboard/recording_name.h"
+#include "alces_onboard/run_lock.h"
 #include "onboard/vehicle_bench.h"
 
 using namespace alces;
@@ -82,6 +85,21 @@ TEST_CASE("alcesd --dry-run says what memory is taken, what fits and what would 
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);  // nothing was made
 }
 
+TEST_CASE("alcesd --dry-run says who lets the head turn and what stops it") {
+  const Folder folder;
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  const auto dry_run = [&] {
+    return alcesd("--dry-run --config " + folder.write("vehicle.toml", settings::to_toml(vehicle)).string())
+        .output;
+  };
+  CHECK_THAT(dry_run(), Contains("nobody is asked") && Contains("at most 25 s after the signal") &&
+                            !Contains("warning: turns on when alcesd is killed"));
+  vehicle.scanner.motor.permit.source = PermitSource::socket;
+  vehicle.scanner.motor.own_heartbeat_timeout_ms = 0;
+  CHECK_THAT(dry_run(), Contains("a permit by datagrams to /run/alces/permit") &&
+                            Contains("warning: turns on when alcesd is killed or the cable is cut"));
+}
+
 TEST_CASE("the plan takes no more than is allowed, and fills in what the configuration leaves open") {
   settings::VehicleSettings vehicle = settings::default_vehicle_settings();
   Options options;
@@ -130,6 +148,36 @@ TEST_CASE("wrong usage and wrong configurations have their exit statuses and nam
   CHECK(std::count(unknown.output.begin(), unknown.output.end(), '\n') == 1);
 }
 
+TEST_CASE("what the machine or the drive cannot do is refused with file and line") {
+  const Folder folder;
+  const auto refused = [&](const std::string& keys) {
+    const auto file = folder.write("vehicle.toml", keys);
+    const Outcome outcome = alcesd("--dry-run --config " + file.string());
+    CHECK(outcome.status == 3);
+    CHECK(std::count(outcome.output.begin(), outcome.output.end(), '\n') == 1);
+    return outcome.output;
+  };
+  CHECK_THAT(refused("[program]\nscan_slots = 2\nprocessor = 1000\n"),
+             Contains("vehicle.toml:3: program.processor is 1000, but this machine has "));
+  CHECK_THAT(
+      refused("[motor]\nheartbeat_period_ms = 500\nheartbeat_timeout_ms = 350\n"),
+      Contains("vehicle.toml:3: motor.heartbeat_timeout_ms is 350, but a heartbeat comes every 500 ms"));
+  CHECK_THAT(
+      refused("[motor]\nown_heartbeat_timeout_ms = 100\n"),
+      Contains(
+          "vehicle.toml:2: motor.own_heartbeat_timeout_ms is 100, but our heartbeat goes out every 100"));
+  CHECK_THAT(
+      refused("[motor]\n\nown_heartbeat_timeout_ms = 100\nown_heartbeat_period_ms = 0\n"),
+      Contains("vehicle.toml:3: motor.own_heartbeat_timeout_ms is 100, but own_heartbeat_period_ms is 0"));
+  CHECK_THAT(refused("[motor]\nsync_period_ms = 0.5\n"),
+             Contains("vehicle.toml:2: motor.sync_period_ms is below 1 ms"));
+  CHECK_THAT(refused("[motor]\npermit = \"gpio\"\npermit_line = 7\n"),
+             Contains("vehicle.toml:3: motor.permit_line is 7, but gpio.lines has 1 entries"));
+  if (::geteuid() != 0)
+    CHECK_THAT(refused("[program]\nfifo_priority = 90\n"),
+               Contains("vehicle.toml:2: program.fifo_priority is 90, but no more than "));
+}
+
 TEST_CASE("a recording that cannot be written stops alcesd before anything is opened") {
   const Folder folder;
   const auto file = folder.write("vehicle.toml", settings::default_vehicle_settings().text);
@@ -153,7 +201,8 @@ TEST_CASE("a CAN interface that is not there stops alcesd with a sentence, and l
 }
 
 TEST_CASE(
-    "alcesd waits for devices that do not answer, and on SIGTERM ends with status 0 and a whole recording") {
+    "alcesd waits for devices that do not answer; on SIGTERM its recording is whole, and a drive that never "
+    "answered is no drive that stands: exit status 6") {
   if (!std::filesystem::exists("/sys/class/net/vcan0")) {
     WARN("skipped: there is no interface vcan0");
     return;
@@ -161,6 +210,7 @@ TEST_CASE(
   const Folder folder;
   settings::VehicleSettings vehicle = settings::default_vehicle_settings();
   vehicle.can_interface = "vcan0";
+  vehicle.scanner.motor.stop_timeout_ns = vehicle.scanner.motor.stop_confirm_timeout_ns = ns_per_s;
   vehicle.scanner.has_gps = false;
   vehicle.gps_device.clear();
   vehicle.gpio_lines.clear();
@@ -174,13 +224,53 @@ TEST_CASE(
                               " --config " + file.string() + " --record " + drive.string();
   const Outcome outcome = run(command);
   INFO(outcome.output);
-  CHECK(outcome.status == 0);
+  CHECK(outcome.status == 6);
   CHECK_THAT(outcome.output, Contains("told to stop") && Contains("0 scans") && Contains("drive.mcap"));
+  CHECK_THAT(outcome.output, Contains("alcesd: THE HEAD MAY TURN: the drive did not confirm"));
   FileSource source(drive.c_str());
   const RecordingSummary summary = summarise_recording(source);
   CHECK(summary.is_whole);
   CHECK(summary.has_configuration);
   CHECK(summary.messages > 100);  // ticks
+}
+
+TEST_CASE("alcesd --reset-motor reaches the process that holds the lock, and says when there is none") {
+  const Folder folder;
+  const std::string reset = "XDG_RUNTIME_DIR= RUNTIME_DIRECTORY=" + folder.path().string() + " " +
+                            ALCESD_PROGRAM + " --reset-motor";
+  const Outcome none = run(reset);
+  CHECK(none.status == 5);
+  CHECK_THAT(none.output, Contains("no alcesd runs here"));
+
+  int ready[2];
+  REQUIRE(::pipe(ready) == 0);
+  const pid_t running = ::fork();
+  REQUIRE(running >= 0);
+  if (running == 0) {  // what alcesd does at its start
+    sigset_t reset_signal;
+    sigemptyset(&reset_signal);
+    sigaddset(&reset_signal, SIGUSR1);
+    sigprocmask(SIG_BLOCK, &reset_signal, nullptr);
+    ::setenv("RUNTIME_DIRECTORY", folder.path().c_str(), 1);
+    RunLock lock;
+    const bool is_alone = lock.take();
+    if (::write(ready[1], "x", 1) != 1) ::_exit(3);
+    const timespec limit{30, 0};
+    const bool was_told = sigtimedwait(&reset_signal, nullptr, &limit) == SIGUSR1;
+    ::_exit(is_alone && was_told ? 0 : 1);
+  }
+  char byte = 0;
+  REQUIRE(::read(ready[0], &byte, 1) == 1);
+  const Outcome outcome = run(reset);
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.output, Contains("was told to reset its motor"));
+  int status = -1;
+  REQUIRE(::waitpid(running, &status, 0) == running);
+  CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+  ::close(ready[0]);
+  ::close(ready[1]);
+  CHECK(run(reset).status == 5);  // a lock's file that is left behind is no alcesd
 }
 
 TEST_CASE("a recording's name takes the time, and never that of a drive that is there") {

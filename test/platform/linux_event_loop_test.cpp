@@ -148,3 +148,46 @@ TEST_CASE("a tick interval without sense is refused") {
   CHECK_FALSE(loop.open({.tick_interval_ns = 0, .take_signals = false}));
   CHECK(std::string(loop.error()).find("between 1 ms and 1 s") != std::string::npos);
 }
+
+TEST_CASE("a wake is one more tick, at its time, once") {
+  LoopBench bench;
+  const std::int64_t wanted_ns = now_ns() + 3 * ns_per_ms;
+  bench.loop.wake_at(wanted_ns);
+  std::int64_t woken_ns = 0;
+  while (bench.loop.counters().wakes == 0 && now_ns() < wanted_ns + ns_per_s) {
+    bench.loop.wake_at(wanted_ns);  // the same again changes nothing
+    bench.loop.run_once();
+  }
+  REQUIRE(bench.loop.counters().wakes == 1);
+  woken_ns = bench.sink.of(EventKind::tick).back().event.stamp_ns;
+  CHECK(woken_ns >= wanted_ns);
+  bench.loop.wake_at(no_stamp_ns);
+  for (int round = 0; round < 5; ++round) bench.loop.run_once();
+  CHECK(bench.loop.counters().wakes == 1);
+  CHECK(bench.sink.of(EventKind::tick).size() == bench.loop.counters().ticks + 1);
+}
+
+TEST_CASE("a machine that was suspended is told of before the next tick, and a person's reset is an event") {
+  static std::int64_t suspended_for_ns = 0;
+  KeepingSink sink;
+  KeepingNotices notices;
+  EventLoop loop(sink, notices);
+  EventLoopConfig config;
+  config.suspended_ns = [] { return suspended_for_ns; };
+  REQUIRE(loop.open(config));
+  for (int round = 0; round < 3; ++round) loop.run_once();
+  CHECK(sink.of(EventKind::order).empty());
+  suspended_for_ns = 50 * ns_per_ms;  // clocks that were read one after the other
+  for (int round = 0; round < 3; ++round) loop.run_once();
+  CHECK(sink.of(EventKind::order).empty());
+  suspended_for_ns += 60 * ns_per_s;
+  for (int round = 0; round < 3; ++round) loop.run_once();
+  REQUIRE(sink.of(EventKind::order).size() == 1);
+  CHECK(sink.of(EventKind::order)[0].event.order == MotorOrder::resumed);
+  CHECK(loop.counters().suspensions == 1);
+  pthread_kill(pthread_self(), SIGUSR1);
+  loop.run_once();
+  REQUIRE(sink.of(EventKind::order).size() == 2);
+  CHECK(sink.of(EventKind::order)[1].event.order == MotorOrder::reset);
+  CHECK(loop.stop_requests() == 0);
+}

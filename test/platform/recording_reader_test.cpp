@@ -509,7 +509,9 @@ TEST_CASE("a summary counts messages by topic and says whether the file is whole
       CHECK(topic.type == "alces_msgs/msg/Tick");
       CHECK(topic.bytes == 12 * topic.messages);
     }
-    if (topic.name == "/alces/tick" || topic.name == "/alces/stop") ticks_and_stops += topic.messages;
+    for (const char* name : {"/alces/tick", "/alces/stop", "/alces/orders", "/alces/syncs"}) {
+      if (topic.name == name) ticks_and_stops += topic.messages;
+    }
   }
   CHECK(sum == summary.messages);
   CHECK(ticks_and_stops == (event_count + 12) / 13);

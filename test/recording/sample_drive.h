@@ -29,7 +29,16 @@ inline OwnedEvent event_at(std::uint32_t i) {
   event.stamp_ns = begin_ns + std::int64_t{i} * 1'234'567;
   switch (i % 13) {
     case 0:
-      event.kind = i / 13 % 10 == 9 ? EventKind::stop : EventKind::tick;
+      if (i / 13 % 10 == 9) event.kind = EventKind::stop;
+      if (i / 13 % 10 == 8) {
+        event.kind = EventKind::sync_sent;
+        event.channel = static_cast<std::uint8_t>(i / 130 % 2);
+      }
+      if (i / 13 % 10 == 7) {
+        event.kind = EventKind::order;
+        event.order = static_cast<MotorOrder>(i / 130 % 3);
+        event.is_up = i / 130 % 2 == 1;
+      }
       break;
     case 1:
     case 2:
@@ -97,7 +106,7 @@ inline OwnedEvent event_at(std::uint32_t i) {
 
 inline bool same(const Event& a, const Event& b) {
   return a.stamp_ns == b.stamp_ns && a.kind == b.kind && a.channel == b.channel && a.is_up == b.is_up &&
-         a.lost_count == b.lost_count && a.edge == b.edge && a.frame == b.frame &&
+         a.order == b.order && a.lost_count == b.lost_count && a.edge == b.edge && a.frame == b.frame &&
          std::vector<std::uint8_t>(a.bytes.begin(), a.bytes.end()) ==
              std::vector<std::uint8_t>(b.bytes.begin(), b.bytes.end());
 }

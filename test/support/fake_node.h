@@ -61,6 +61,8 @@ class FakeNode {
   bool beats = true;
   bool sends_pdos = true;
   bool obeys_controlword = true;
+  bool insists_on_rpdo_bit_30 = false;  ///< refuses COB-IDs of RPDOs without it
+  std::uint16_t axis = 0;               ///< its profile's objects are 0x6000 + 0x800 * axis and following
   std::int64_t boot_time_ns = 50 * ns_per_ms;
   std::map<Address, std::uint32_t> aborts;  ///< objects that it refuses, with the abort code
   std::optional<std::int32_t> velocity_override;
@@ -204,12 +206,21 @@ class FakeNode {
     }
   }
 
+  /// An object of the profile as the first axis has it; others: themselves.
+  [[nodiscard]] std::uint16_t first_axis(std::uint16_t index) const {
+    return index >= 0x6000 + 0x800 * axis && index < 0x6800 + 0x800 * axis
+               ? static_cast<std::uint16_t>(index - 0x800 * axis)
+           : index >= 0x6000 && index < 0xA000 ? std::uint16_t{0}
+                                               : index;
+  }
+
   [[nodiscard]] std::uint32_t value_of(std::uint16_t index, std::uint8_t subindex) const {
-    switch (index) {
+    switch (first_axis(index)) {
       case 0x6041:
         return statusword();
       case 0x6061:
-        return mode_display_override.value_or(static_cast<std::uint8_t>(get(0x6060, 0)));
+        return mode_display_override.value_or(
+            static_cast<std::uint8_t>(get(static_cast<std::uint16_t>(0x6060 + 0x800 * axis), 0)));
       case 0x6064:
         return static_cast<std::uint32_t>(static_cast<std::int64_t>(position_counts));
       case 0x606C:
@@ -243,6 +254,9 @@ class FakeNode {
       if ((get(communication, 1) & 0x80000000U) == 0) return 0x08000022;  // switch the PDO off first
       if (subindex > 0 && get(index, 0) != 0) return 0x06010003;          // no entries first
     }
+    if (insists_on_rpdo_bit_30 && subindex == 1 && index >= 0x1400 && index < 0x1600 &&
+        (value & 0x40000000U) == 0)
+      return 0x06090030;
     const bool is_cob_id =
         subindex == 1 && ((index >= 0x1400 && index < 0x1600) || (index >= 0x1800 && index < 0x1A00));
     if (is_cob_id && index >= 0x1800 && (value & 0x40000000U) == 0)
@@ -262,6 +276,10 @@ class FakeNode {
           if (const std::uint32_t code = refuses(object, value)) return answer(0x80, object, code);
           set(object.first, object.second, size, value);
           written.push_back({object.first, object.second, size, value});
+          if (first_axis(object.first) == 0x6040) {
+            next_controlword_ = static_cast<std::uint16_t>(value);
+            apply();
+          }
         } else {
           segmented_ = object;
           objects[object].clear();
@@ -282,12 +300,12 @@ class FakeNode {
           offset_ = 0;
           return answer(0x41, object, static_cast<std::uint32_t>(known->second.size()));
         }
-        const bool is_live = object.first == 0x6041 || object.first == 0x6061 || object.first == 0x6064 ||
-                             object.first == 0x606C;
+        const std::uint16_t first = first_axis(object.first);
+        const bool is_live = first == 0x6041 || first == 0x6061 || first == 0x6064 || first == 0x606C;
         if (known == objects.end() && !is_live) return answer(0x80, object, 0x06020000);
-        const std::size_t size = is_live ? (object.first == 0x6061   ? 1
-                                            : object.first == 0x6041 ? 2
-                                                                     : 4)
+        const std::size_t size = is_live ? (first == 0x6061   ? 1
+                                            : first == 0x6041 ? 2
+                                                              : 4)
                                          : known->second.size();
         return answer(static_cast<std::uint8_t>(0x43 | (4 - size) << 2), object,
                       value_of(object.first, object.second));
@@ -329,8 +347,8 @@ class FakeNode {
     visit_mapping(static_cast<std::uint16_t>(0x1600 + number), [&](std::uint16_t index, std::uint8_t,
                                                                    std::size_t byte, std::size_t size) {
       const std::uint32_t value = canopen::load(std::span(frame.data).subspan(byte, size), size);
-      if (index == 0x6040) next_controlword_ = static_cast<std::uint16_t>(value);
-      if (index == 0x60FF) next_target_ = static_cast<std::int32_t>(value);
+      if (first_axis(index) == 0x6040) next_controlword_ = static_cast<std::uint16_t>(value);
+      if (first_axis(index) == 0x60FF) next_target_ = static_cast<std::int32_t>(value);
     });
     if (get(communication, 2) > 240) apply();
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -206,6 +207,9 @@ class ScannerHarness final : public EventSink, public ScanSink, public NoticePor
     is_in_drivers = true;
     scanner_->on_event(shifted);
     is_in_drivers = false;
+    if (also) also(event);
+    const std::int64_t wake_ns = scanner_->next_wake_ns();
+    simulated_.rig().wake_at(wake_ns == no_stamp_ns ? no_stamp_ns : wake_ns - stamp_offset_ns);
   }
   void on_scan(const Scan& scan) override {
     const OutsideDrivers outside;
@@ -249,6 +253,7 @@ class ScannerHarness final : public EventSink, public ScanSink, public NoticePor
     return "";
   }
 
+  std::function<void(const Event&)> also;  ///< hears every event, after the scanner
   std::vector<ScanSeen> scans;
   std::vector<Notice> notices;
   CountingSink disk;

@@ -15,5 +15,3 @@ s/^minimum_profiles = .*/minimum_profiles = 60/
 s/^rays_per_profile = .*/rays_per_profile = 101/
 s/^memory = "64MiB"/memory = "48MiB"/
 s/^expected_speed_deg_s = .*/expected_speed_deg_s = 300/
-# The motor's driver rests so long after too many failures in a row: hostile traffic causes them.
-s/^failed_retry_s = .*/failed_retry_s = 20/

@@ -22,6 +22,14 @@ enum class EventKind : std::uint8_t {
   bytes_sent,  ///< we sent them; recorded, ignored by drivers
   byte_link,   ///< a serial line or connection came up or went down: is_up
   stop,        ///< the scanner is to stop, in order: an event, so that a replay stops where the drive did
+  order,       ///< a person, or the machine, about the motor: `order`, and is_up for a permit
+  sync_sent,   ///< a SYNC of ours left on CAN bus `channel`: the stamp is that of its echo
+};
+
+enum class MotorOrder : std::uint8_t {
+  permit,   ///< a message of the permit's socket: is_up gives it, otherwise it is withdrawn
+  reset,    ///< a person lets a motor that was given up begin anew
+  resumed,  ///< the machine was suspended, and goes on
 };
 
 /// Byte channels.
@@ -35,6 +43,7 @@ struct Event {
   EventKind kind = EventKind::tick;
   std::uint8_t channel = 0;
   bool is_up = false;
+  MotorOrder order = MotorOrder::permit;
   std::uint32_t lost_count = 0;
   GpioEdge edge;
   CanFrame frame;

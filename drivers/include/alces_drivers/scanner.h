@@ -2,13 +2,14 @@
 // back, stopped in order; events in, scans out.
 //
 //   start ─> motor to speed ─> lasers measure ─> scanning
-//   stop  ─> lasers end their streams ─> motor stands and is disabled ─> stopped
+//   stop  ─> lasers end their streams ─> motor stands and is disabled, and the drive says so ─> stopped
+//   stop again: the motor's quick stop at once, without waiting for the lasers
 //
 // Each device brings itself up again when it fails (motor.h, laser.h). The scanner adds what only shows from
 // above: a laser that says it measures and delivers nothing is begun anew; a motor at speed without an angle,
 // profiles without a scan, are told; and when the motor does not come up in motor_patience_ns the lasers are
-// started all the same, so that the drive's raw data is there. No device is given up for good before stop():
-// a motor that has failed too often rests for failed_retry_ns (0: for ever) and is then tried again.
+// started all the same, so that the drive's raw data is there. Lasers are not given up before stop(); a motor
+// that has failed too often is disabled until a person resets it, and one without a permit is held.
 //
 // One stream of events, in the order in which they came (event.h), makes everything happen; the same events
 // give the same scans to the bit, live, replayed or simulated. Time is what the events say.
@@ -78,6 +79,7 @@ enum class ScannerPhase : std::uint8_t {
   scanning,
   stopping_lasers,
   stopping_motor,
+  left,  ///< ended, but the drive did not confirm that the motor stands
 };
 [[nodiscard]] const char* text(ScannerPhase phase);
 
@@ -135,18 +137,32 @@ class Scanner final : public EventSink {
                                        const Ports& ports, ScanSink& sink, NoticePort& notices,
                                        AssemblerStatus& status);
 
-  /// Both take effect with the next tick. To have a recording know of the stop, send EventKind::stop instead.
+  /// Both take effect with the next tick; a second stop() hurries. To have a recording know of the stop, send
+  /// EventKind::stop instead.
   void start() { wants_to_run_ = true; }
-  void stop() { wants_to_run_ = false; }
+  void stop() {
+    is_hurried_ = !wants_to_run_ && !has_ended();
+    wants_to_run_ = false;
+  }
   /// The events end (a recording is over): what waits becomes a last, incomplete scan.
   void finish() { assembler_->finish(); }
 
   void on_event(const Event& event) override;
+  /// When the next tick is wanted, beside the regular ones; no_stamp_ns: none is.
+  [[nodiscard]] std::int64_t next_wake_ns() const {
+    return config_.has_motor ? motor_.next_sync_ns() : no_stamp_ns;
+  }
   /// Every profile that goes into a scan: see ScanAssembler.
   void observe_profiles(PlacedProfileSink* observer) { assembler_->observe_profiles(observer); }
 
   [[nodiscard]] ScannerPhase phase() const { return phase_; }
   [[nodiscard]] bool is_stopped() const { return phase_ == ScannerPhase::stopped; }
+  /// Nothing more will happen by itself: stopped, or left.
+  [[nodiscard]] bool has_ended() const { return is_stopped() || phase_ == ScannerPhase::left; }
+  /// From stop() to has_ended(), at the most.
+  [[nodiscard]] static std::int64_t stop_limit_ns(const ScannerConfig& config) {
+    return config.laser_stop_timeout_ns + (config.has_motor ? Motor::stop_limit_ns(config.motor) : 0);
+  }
   /// What the phase waits for, or what is wrong, for people; static storage.
   [[nodiscard]] const char* reason() const;
   [[nodiscard]] const Motor& motor() const { return motor_; }
@@ -207,6 +223,7 @@ class Scanner final : public EventSink {
 
   Scanner(const ScannerConfig& config, const Ports& ports, ScanSink& sink, NoticePort& notices);
 
+  void obey(const Event& event);
   void on_tick(std::int64_t now_ns);
   void on_clock_step(std::int64_t step_ns, std::int64_t now_ns);
   void advance_phase(std::int64_t now_ns);
@@ -230,6 +247,7 @@ class Scanner final : public EventSink {
   ScanAssembler* assembler_ = nullptr;
 
   bool wants_to_run_ = false;
+  bool is_hurried_ = false;
   ScannerPhase phase_ = ScannerPhase::stopped;
   std::int64_t phase_since_ns_ = no_stamp_ns;
   std::int64_t now_ns_ = no_stamp_ns;

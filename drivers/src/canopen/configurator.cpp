@@ -1,12 +1,23 @@
 #include "alces_drivers/canopen/configurator.h"
 
+#include "alces_drivers/canopen/pdo.h"
+
 namespace alces::canopen {
+namespace {
+
+bool is_rpdo_cob_id(const ConfigurationStep& step) {
+  return step.kind == ConfigurationStep::Kind::write && step.object.subindex == 1 &&
+         step.object.index >= rpdo_communication_index && step.object.index < rpdo_mapping_index;
+}
+
+}  // namespace
 
 void Configurator::start(std::span<const ConfigurationStep> steps, std::int64_t now_ns) {
   cancel();
   steps_ = steps;
   step_ = 0;
   is_begun_ = false;
+  flipped_bits_ = 0;
   status_ = Status::busy;
   begin_step(now_ns);
 }
@@ -23,9 +34,11 @@ void Configurator::begin_step(std::int64_t now_ns) {
   }
   const ConfigurationStep& step = steps_[step_];
   // False while somebody else's transfer is under way: advance() tries again.
-  is_begun_ = step.kind == ConfigurationStep::Kind::write
-                  ? sdo_.download({step.object.index, step.object.subindex, step.size, step.value}, now_ns)
-                  : sdo_.upload(step.object, now_ns);
+  is_begun_ =
+      step.kind == ConfigurationStep::Kind::write
+          ? sdo_.download({step.object.index, step.object.subindex, step.size, step.value ^ flipped_bits_},
+                          now_ns)
+          : sdo_.upload(step.object, now_ns);
 }
 
 void Configurator::advance(std::int64_t now_ns) {
@@ -35,6 +48,11 @@ void Configurator::advance(std::int64_t now_ns) {
     return;
   }
   if (sdo_.is_busy()) return;
+  if (sdo_.status() == SdoStatus::aborted && is_rpdo_cob_id(steps_[step_]) && flipped_bits_ == 0) {
+    flipped_bits_ = pdo_forbids_remote_frames;
+    begin_step(now_ns);
+    return;
+  }
   if (sdo_.status() != SdoStatus::done) {
     status_ = Status::transfer_failed;
     return;
@@ -49,6 +67,7 @@ void Configurator::advance(std::int64_t now_ns) {
   }
   ++step_;
   is_begun_ = false;
+  flipped_bits_ = 0;
   begin_step(now_ns);
 }
 

@@ -54,11 +54,13 @@ PdoWrites writes_for(const PdoConfig& pdo, PdoDirection direction, std::uint8_t 
     (void)writes.add(write);
   };  // maximum_writes is enough
   add(write_that_disables(pdo, direction, node));
-  add({mapping, 0, 1, 0});
-  std::uint8_t subindex = 0;
-  for (const PdoEntry& entry : pdo.entries) add({mapping, ++subindex, 4, entry.mapping()});
-  add({mapping, 0, 1, subindex});
-  add({communication, 2, 1, pdo.transmission_type});
+  if (!pdo.keeps_mapping) {
+    add({mapping, 0, 1, 0});
+    std::uint8_t subindex = 0;
+    for (const PdoEntry& entry : pdo.entries) add({mapping, ++subindex, 4, entry.mapping()});
+    add({mapping, 0, 1, subindex});
+  }
+  if (!pdo.keeps_transmission_type) add({communication, 2, 1, pdo.transmission_type});
   if (pdo.inhibit_time_100us != 0) add({communication, 3, 2, pdo.inhibit_time_100us});
   if (pdo.event_timer_ms != 0) add({communication, 5, 2, pdo.event_timer_ms});
   add({communication, 1, 4, cob_id_entry(pdo, direction, node)});

@@ -4,7 +4,7 @@ namespace alces::canopen {
 
 const char* sdo_abort_text(std::uint32_t abort_code) {
   switch (abort_code) {
-    case 0x05030000:
+    case sdo_abort_toggle:
       return "the toggle bit did not alternate";
     case sdo_abort_timed_out:
       return "the SDO protocol timed out";

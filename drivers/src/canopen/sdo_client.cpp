@@ -26,6 +26,8 @@ const char* text(SdoStatus status) {
       return "the object is larger than the buffer";
     case SdoStatus::size_mismatch:
       return "not as many bytes as announced";
+    case SdoStatus::bad_toggle:
+      return "a segment came twice or was lost: its toggle bit did not alternate";
   }
   return "unknown";
 }
@@ -57,7 +59,10 @@ bool SdoClient::upload(ObjectAddress object, std::int64_t now_ns) {
 }
 
 void SdoClient::cancel() {
-  if (is_busy()) status_ = SdoStatus::idle;
+  if (!is_busy()) return;
+  if (is_sent_ && !port_.send(sdo_abort_request(node_, object_, sdo_abort_general)))
+    ++counters_.requests_not_taken;
+  status_ = SdoStatus::idle;
 }
 
 std::uint32_t SdoClient::value() const {
@@ -182,6 +187,7 @@ void SdoClient::on_answer(const SdoMessage& answer, std::int64_t stamp_ns) {
       if (answer.kind != SdoKind::download_segment_answer) break;
       if (answer.toggle != toggle_) {
         ++counters_.answers_repeated;
+        give_up(SdoStatus::bad_toggle, sdo_abort_toggle);
         return;
       }
       offset_ += in_flight_;
@@ -223,6 +229,10 @@ void SdoClient::on_upload_answer(const SdoMessage& answer, std::int64_t stamp_ns
 void SdoClient::on_upload_segment(const SdoMessage& answer, std::int64_t stamp_ns) {
   if (answer.toggle != toggle_) {
     ++counters_.answers_repeated;
+    const auto again = answer.bytes();
+    const bool is_repetition =
+        !again.empty() && again.size() <= size_ && std::ranges::equal(again, bytes().last(again.size()));
+    if (!is_repetition) give_up(SdoStatus::bad_toggle, sdo_abort_toggle);  // else the bus's: dropped
     return;
   }
   if (!append(answer.bytes())) {

@@ -29,17 +29,26 @@ Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, Driv
       sink_(sink),
       sdo_(config.node, config.sdo, port),
       configurator_(sdo_),
+      stop_by_sdo_({.stall_velocity_units = config.stall_velocity_units,
+                    .quick_stop_limit_ns = config.stop_timeout_ns,
+                    .axis = config.axis},
+                   sdo_),
+      master_loss_({config.own_heartbeat_timeout_ms != 0, config.watchdog_writes.size() > 0,
+                    config.sets_master_loss_reaction, config.axis},
+                   sdo_),
       heartbeat_(config.node),
       own_heartbeat_(config.own_node, config.own_heartbeat_period_ns),
       sync_(config.sync),
       process_data_(config),
-      speed_({config.velocity_tolerance_units, config.stall_velocity_units}) {
+      speed_({config.velocity_tolerance_units, config.stall_velocity_units}),
+      permit_(config.permit) {
   const auto listen_to = [this](std::uint16_t cob_id) {
     (void)cob_ids_.add(cob_id);
   };  // room for all of them
   listen_to(canopen::sdo_answer_cob_id(config_.node));
   listen_to(canopen::heartbeat_cob_id(config_.node));
   listen_to(canopen::emcy_cob_id(config_.node));
+  if (config_.permit.source == PermitSource::can) listen_to(config_.permit.cob_id);
   if (config_.sync.period_ns > 0 && !config_.is_sync_producer) listen_to(canopen::sync_cob_id);
   for (const canopen::PdoConfig& pdo : config_.tpdos) {
     listen_to(pdo.cob_id_of(canopen::PdoDirection::from_node, config_.node));
@@ -49,7 +58,7 @@ Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, Driv
 
 void Motor::start(std::int64_t now_ns) {
   now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
-  if (state_ != MotorState::stopped) return;
+  if (!has_ended()) return;
   ++counters_.starts;
   attempts_ = 0;
   due_ns_ = no_stamp_ns;
@@ -58,6 +67,9 @@ void Motor::start(std::int64_t now_ns) {
     enter(MotorState::failed, MotorReason::bad_configuration, text(config_status_));
     return;
   }
+  is_master_loss_told_ = false;
+  permit_.forget();  // a level that is there at the start is no edge
+  permits_seen_ = permit_.edges();
   begin_anew();
 }
 
@@ -75,6 +87,10 @@ void Motor::quick_stop(std::int64_t now_ns) {
 void Motor::on_frame(const CanFrame& frame, std::int64_t received_ns) {
   const std::int64_t stamp_ns = received_ns + ahead_ns_;
   now_ns_ = std::max(now_ns_, stamp_ns);
+  if (config_.permit.source == PermitSource::can) {
+    permit_.on_frame(frame, stamp_ns);
+    obey_permit();
+  }
   if (frame.is_error) {
     ++counters_.error_frames;
   } else if (!frame.is_classical_data()) {
@@ -110,6 +126,10 @@ void Motor::on_frame(const CanFrame& frame, std::int64_t received_ns) {
   }
 }
 
+void Motor::on_sync_sent(std::int64_t stamp_ns) {
+  if (config_.is_sync_producer && is_cyclic_) process_data_.on_sync_sent(stamp_ns + ahead_ns_);
+}
+
 void Motor::hand_on_feedback() {
   DriveFeedback feedback = process_data_.feedback();
   shift_stamp(feedback.stamp_ns, -ahead_ns_);
@@ -122,24 +142,28 @@ void Motor::on_link(bool is_up, std::int64_t now_ns) {
   if (is_up == is_link_up_) return;
   is_link_up_ = is_up;
   if (is_up) {
-    if (state_ == MotorState::stopped) return;
+    if (has_ended()) return;
     tell(Severity::info, "the CAN bus is up");
-    // A repaired bus is worth an attempt at once, but not a fresh allowance of them.
-    if (state_ == MotorState::connecting || state_ == MotorState::failed) {
-      if (reason_ != MotorReason::bad_configuration) begin_anew();
-    }
+    if (state_ == MotorState::stopping) begin_stop_phase(StopPhase::by_sdo);
+    const bool is_disabled = state_ == MotorState::held || state_ == MotorState::failed;
+    if (is_disabled && config_status_ == MotorConfigStatus::ok) keep_disabled_by_sdo();
+    if (state_ == MotorState::connecting) begin_anew();  // at once
     return;
   }
   ++counters_.link_downs;
   pending_order_.reset();
   switch (state_) {
     case MotorState::stopped:
+    case MotorState::unconfirmed:
       break;
     case MotorState::stopping:
-      finish_stop(MotorReason::bus_down);
+      begin_stop_phase(StopPhase::by_sdo);  // which waits for the bus
       break;
+    case MotorState::held:
     case MotorState::failed:
       leave_cycle();
+      is_configured_ = false;
+      stop_by_sdo_.cancel();
       break;
     default:
       begin_anew();
@@ -157,7 +181,12 @@ void Motor::on_tick(std::int64_t now_ns) {
     ahead_ns_ = now_ns_ - now_ns;
   }
   now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
-  if (!is_link_up_) return;
+  permit_.on_tick(now_ns_);
+  obey_permit();
+  if (!is_link_up_) {
+    if (state_ == MotorState::stopping) step_stopping();  // which does not wait for ever
+    return;
+  }
   own_heartbeat_.on_tick(now_ns_, port_);
   send_pending_order();
   if (sdo_.is_busy() || configurator_.status() == canopen::Configurator::Status::busy) {
@@ -175,6 +204,7 @@ void Motor::on_tick(std::int64_t now_ns) {
 }
 
 void Motor::step() {
+  find_out_master_loss();
   if (process_data_.state() != seen_state_) {
     if (seen_state_ == cia402::State::fault && state_ == MotorState::enabling) {
       was_fault_reset_ = true;
@@ -187,6 +217,7 @@ void Motor::step() {
   }
   switch (state_) {
     case MotorState::stopped:
+    case MotorState::unconfirmed:
       break;
     case MotorState::connecting:
       // A node that sent no boot-up message may be there all the same: SDO will tell.
@@ -212,6 +243,9 @@ void Motor::step() {
     case MotorState::failed:
       step_failed();
       break;
+    case MotorState::held:
+      step_held();
+      break;
   }
 }
 
@@ -221,7 +255,7 @@ void Motor::enter(MotorState state, MotorReason reason, const char* detail) {
   reason_ = reason;
   detail_ = detail;
   Severity severity = is_failure(reason) ? Severity::warning : Severity::info;
-  if (state == MotorState::failed) severity = Severity::error;
+  if (state == MotorState::failed || state == MotorState::unconfirmed) severity = Severity::error;
   tell(severity, text(reason));
   if (*detail != '\0') tell(severity, detail);
 }
@@ -233,6 +267,16 @@ void Motor::tell(Severity severity, const char* text, std::int64_t value, bool h
                   .text = text,
                   .value = value,
                   .has_value = has_value});
+}
+
+void Motor::tell_hexadecimal(const char* text, std::int64_t value) {
+  notices_.raise({.stamp_ns = now_ns_ - ahead_ns_,
+                  .severity = Severity::warning,
+                  .source = config_.name,
+                  .text = text,
+                  .value = value,
+                  .has_value = true,
+                  .is_hexadecimal = true});
 }
 
 void Motor::order(NmtCommand command) {
@@ -254,6 +298,13 @@ void Motor::on_drive(std::int64_t stamp_ns) {
   const DriveFeedback& feedback = process_data_.feedback();
   if (process_data_.velocity_stamp_ns() == stamp_ns) {
     speed_.observe(config_.target_velocity_units, feedback.velocity_units, stamp_ns);
+    const bool is_still = cia402::has_no_torque(process_data_.state()) && feedback.velocity_units == 0 &&
+                          process_data_.statusword_stamp_ns() >= stop_phase_since_ns_;
+    if (!is_still) {
+      still_beats_ = 0;
+    } else if (still_beats_ < UINT8_MAX) {
+      ++still_beats_;
+    }
   }
   const bool does_warn = (feedback.statusword & cia402::statusword_warning) != 0;
   if (does_warn && !is_warning_told_)
@@ -340,6 +391,7 @@ Motor::Counters Motor::counters() const {
   counters.heartbeat = heartbeat_.counters();
   counters.sync = sync_.counters();
   counters.pdo = process_data_.counters();
+  counters.permit = permit_.counters();
   return counters;
 }
 

@@ -1,4 +1,5 @@
 // From nothing to at speed: connect, configure, enable, ramp.
+#include "alces_drivers/canopen/object_text.h"
 #include "alces_drivers/canopen/sdo_abort.h"
 #include "alces_drivers/motor/motor.h"
 
@@ -25,7 +26,9 @@ void Motor::build_steps() {
   };
   for (const canopen::ObjectCheck& check : config_.checks) (void)steps_.add(ConfigurationStep::check(check));
   for (const canopen::ObjectWrite& object : config_.writes) write(object);
-  write({cia402::mode_index, 0, 1, cia402::profile_velocity_mode});
+  for (const canopen::ObjectWrite& object : config_.watchdog_writes) write(object);
+  if (config_.writes_mode)
+    write({of_axis(cia402::mode_index, config_.axis), 0, 1, cia402::profile_velocity_mode});
   for (const canopen::PdoConfig& pdo : config_.tpdos_to_disable) {
     write(canopen::write_that_disables(pdo, PdoDirection::from_node, config_.node));
   }
@@ -42,12 +45,19 @@ void Motor::build_steps() {
     write({canopen::heartbeat_consumer_index, 1, 4,
            std::uint32_t{config_.own_node} << 16 | config_.own_heartbeat_timeout_ms});
   }
-  write({canopen::heartbeat_producer_index, 0, 2, config_.heartbeat_period_ms});
+  if (config_.heartbeat_period_ms != 0)
+    write({canopen::heartbeat_producer_index, 0, 2, config_.heartbeat_period_ms});
 }
 
 void Motor::begin_anew() {
+  if (!permit_.is_given()) {
+    hold(MotorReason::waits_for_permit);
+    return;
+  }
+  stop_by_sdo_.cancel();
   leave_cycle();
   configurator_.cancel();
+  master_loss_.pause();
   sdo_.cancel();
   is_reading_mode_ = false;
   is_reading_error_code_ = false;
@@ -86,6 +96,13 @@ void Motor::begin_configuring() {
 void Motor::on_sdo() {
   if (is_reading_error_code_ && !sdo_.is_busy()) on_error_code_read();
   if (is_reading_mode_ && !sdo_.is_busy()) on_mode_read();
+  find_out_master_loss();
+  if (state_ == MotorState::stopping && stop_phase_ == StopPhase::by_sdo) {
+    step_stop_by_sdo();
+    return;
+  }
+  if ((state_ == MotorState::held || state_ == MotorState::failed) && !is_cyclic_)
+    stop_by_sdo_.advance(now_ns_);
   if (state_ != MotorState::configuring) return;
   configurator_.advance(now_ns_);
   switch (configurator_.status()) {
@@ -122,9 +139,11 @@ void Motor::configuration_failed() {
     reason = is_node_heard_ ? MotorReason::sdo_timed_out : MotorReason::node_absent;
   }
   configurator_.cancel();
-  tell(Severity::warning, "the object (index << 8 | subindex) that could not be set up or checked",
-       std::int64_t{step.object.index} << 8 | step.object.subindex);
-  if (found >= 0) tell(Severity::warning, "the value found, or the abort code", found);
+  tell_hexadecimal("the object that could not be set up or checked; index and subindex",
+                   std::int64_t{step.object.index} << 8 | step.object.subindex);
+  tell(Severity::warning, canopen::object_text(step.object.index));
+  if (found >= 0)
+    tell_hexadecimal(status == SdoStatus::aborted ? "the abort code" : "the value found", found);
   fail(reason, Recovery::begin_anew, detail);
 }
 
@@ -138,7 +157,21 @@ void Motor::begin_cycle() {
   order(NmtCommand::start);
   if (config_.is_sync_producer) sync_.start(now_ns_);
   heartbeat_.watch(config_.heartbeat_period_ms > 0 ? config_.heartbeat_timeout_ns : 0, now_ns_);
+  master_loss_.begin();
   begin_enabling();
+}
+
+/// Beside the way to operation enabled, before there is torque: a handful of transfers. What others need the
+/// SDO client for goes first, and a drive that does not answer is not waited for.
+void Motor::find_out_master_loss() {
+  const bool has_time = is_cyclic_ && is_link_up_ && !is_reading_mode_ && !is_reading_error_code_ &&
+                        (state_ == MotorState::enabling || is_driving());
+  if (!has_time) return;
+  master_loss_.advance(now_ns_);
+  if (!master_loss_.is_done() || is_master_loss_told_) return;
+  is_master_loss_told_ = true;
+  const MasterLossReaction reaction = master_loss_.reaction();
+  tell(is_unsafe(reaction) ? Severity::warning : Severity::info, text(reaction));
 }
 
 void Motor::begin_enabling() {
@@ -178,7 +211,8 @@ void Motor::step_enabling() {
     } else if (!is_reading_mode_ && is_late) {
       fail(MotorReason::wrong_mode, Recovery::begin_anew);
     } else if (!is_reading_mode_) {
-      is_reading_mode_ = sdo_.upload({cia402::mode_display_index, 0}, now_ns_);
+      master_loss_.pause();
+      is_reading_mode_ = sdo_.upload({of_axis(cia402::mode_display_index, config_.axis), 0}, now_ns_);
     }
     return;
   }

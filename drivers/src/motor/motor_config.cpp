@@ -55,9 +55,9 @@ bool are_times_good(const MotorConfig& config) {
   if (config.sync.period_ns == 0 && config.control_period_ns <= 0) return false;
   return config.own_heartbeat_period_ns >= 0 && config.own_heartbeat_timeout_ms <= 0xFFFF &&
          config.sdo.answer_timeout_ns > 0 && config.spin_up_timeout_ns > 0 && config.settle_time_ns >= 0 &&
-         config.deviation_time_ns >= 0 && config.stop_timeout_ns > 0 && config.boot_timeout_ns > 0 &&
-         config.transition_timeout_ns > 0 && config.pdo_timeout_ns >= 0 && config.healthy_after_ns >= 0 &&
-         config.failed_retry_ns >= 0;
+         config.deviation_time_ns >= 0 && config.stop_timeout_ns > 0 && config.stop_confirm_timeout_ns > 0 &&
+         config.boot_timeout_ns > 0 && config.transition_timeout_ns > 0 && config.pdo_timeout_ns >= 0 &&
+         config.healthy_after_ns >= 0;
 }
 
 /// In which a PDO comes at the latest; 0: only when something changes.
@@ -81,7 +81,7 @@ const char* text(MotorConfigStatus status) {
     case MotorConfigStatus::ok:
       return "ok";
     case MotorConfigStatus::bad_node:
-      return "the node is not 1 to 127, or it is our own";
+      return "the node is not 1 to 127, or it is our own, or the axis is above 7";
     case MotorConfigStatus::bad_period:
       return "a period or time-out is negative or missing, or the SYNC counter is not 0 or 2 to 240";
     case MotorConfigStatus::bad_heartbeat:
@@ -111,6 +111,8 @@ const char* text(MotorConfigStatus status) {
       return "the ramp takes longer than the time to spin up";
     case MotorConfigStatus::bad_back_off:
       return "the delays between attempts are not positive, or the first is above the last";
+    case MotorConfigStatus::bad_permit:
+      return "the permit's time-out, debounce time, CAN identifier, byte, mask or value cannot be";
   }
   return "unknown";
 }
@@ -118,7 +120,7 @@ const char* text(MotorConfigStatus status) {
 MotorConfigStatus check(const MotorConfig& config) {
   using Status = MotorConfigStatus;
   if (!canopen::is_node(config.node) || !canopen::is_node(config.own_node) ||
-      config.node == config.own_node) {
+      config.node == config.own_node || config.axis > 7) {
     return Status::bad_node;
   }
   if (!are_times_good(config)) return Status::bad_period;
@@ -127,15 +129,14 @@ MotorConfigStatus check(const MotorConfig& config) {
        config.heartbeat_timeout_ns <= config.heartbeat_period_ms * ns_per_ms)) {
     return Status::bad_heartbeat;
   }
-  if (!config.checks.is_complete() || !config.writes.is_complete() || !config.tpdos.is_complete() ||
-      !config.rpdos.is_complete() || !config.tpdos_to_disable.is_complete() ||
+  if (!config.checks.is_complete() || !config.writes.is_complete() || !config.watchdog_writes.is_complete() ||
+      !config.tpdos.is_complete() || !config.rpdos.is_complete() || !config.tpdos_to_disable.is_complete() ||
       !config.rpdos_to_disable.is_complete()) {
     return Status::table_overflow;
   }
-  if (std::ranges::any_of(config.writes,
-                          [](const auto& write) { return write.size < 1 || write.size > 4; })) {
+  const auto is_bad = [](const auto& write) { return write.size < 1 || write.size > 4; };
+  if (std::ranges::any_of(config.writes, is_bad) || std::ranges::any_of(config.watchdog_writes, is_bad))
     return Status::bad_write;
-  }
   if (!are_valid(config.tpdos, PdoDirection::from_node, config.node) ||
       !are_valid(config.rpdos, PdoDirection::to_node, config.node) ||
       !are_addressable(config.tpdos_to_disable) || !are_addressable(config.rpdos_to_disable)) {
@@ -143,20 +144,20 @@ MotorConfigStatus check(const MotorConfig& config) {
   }
   if (share_cob_id(config)) return Status::same_cob_id;
 
-  const PdoConfig* position = pdo_with(config.tpdos, cia402::position_index, 32);
-  const PdoConfig* velocity = pdo_with(config.tpdos, cia402::velocity_index, 32);
+  const PdoConfig* position = pdo_with(config.tpdos, of_axis(cia402::position_index, config.axis), 32);
+  const PdoConfig* velocity = pdo_with(config.tpdos, of_axis(cia402::velocity_index, config.axis), 32);
   if (position == nullptr || velocity == nullptr ||
-      pdo_with(config.tpdos, cia402::statusword_index, 16) == nullptr) {
+      pdo_with(config.tpdos, of_axis(cia402::statusword_index, config.axis), 16) == nullptr) {
     return Status::missing_in_tpdos;
   }
-  if (pdo_with(config.rpdos, cia402::controlword_index, 16) == nullptr ||
-      pdo_with(config.rpdos, cia402::target_velocity_index, 32) == nullptr) {
+  if (pdo_with(config.rpdos, of_axis(cia402::controlword_index, config.axis), 16) == nullptr ||
+      pdo_with(config.rpdos, of_axis(cia402::target_velocity_index, config.axis), 32) == nullptr) {
     return Status::missing_in_rpdos;
   }
-  const auto is_foreign = [](const PdoEntry& entry) {
-    const bool is_known = entry == PdoEntry{cia402::controlword_index, 0, 16} ||
-                          entry == PdoEntry{cia402::target_velocity_index, 0, 32} ||
-                          entry == PdoEntry{cia402::mode_index, 0, 8};
+  const auto is_foreign = [&config](const PdoEntry& entry) {
+    const bool is_known = entry == PdoEntry{of_axis(cia402::controlword_index, config.axis), 0, 16} ||
+                          entry == PdoEntry{of_axis(cia402::target_velocity_index, config.axis), 0, 32} ||
+                          entry == PdoEntry{of_axis(cia402::mode_index, config.axis), 0, 8};
     return !is_known;
   };
   for (const PdoConfig& pdo : config.rpdos) {
@@ -179,6 +180,7 @@ MotorConfigStatus check(const MotorConfig& config) {
   const bool is_back_off_good =
       config.back_off.first_ns > 0 && config.back_off.maximum_ns >= config.back_off.first_ns;
   if (!is_back_off_good) return Status::bad_back_off;
+  if (problem(config.permit) != nullptr) return Status::bad_permit;
   return Status::ok;
 }
 

@@ -9,12 +9,14 @@ namespace {
 
 /// Beats of controlword 0 before the rising edge of a fault reset: one of them may be lost.
 constexpr std::uint8_t beats_before_reset = 3;
+constexpr std::uint16_t beats_until_echo_is_missed = 200;
 
 }  // namespace
 
 void Motor::beat(std::int64_t now_ns) {
   if (config_.sync.period_ns > 0) process_data_.on_sync(now_ns);
   if (!is_cyclic_ || pending_order_) return;
+  watch_echoes();
   ramp(now_ns);
   last_beat_ns_ = now_ns;
   const std::uint16_t controlword = next_controlword();
@@ -23,6 +25,14 @@ void Motor::beat(std::int64_t now_ns) {
     const bool is_taken = port_.send(process_data_.rpdo(number, controlword, velocity_units));
     ++(is_taken ? counters_.rpdos_sent : counters_.rpdos_not_taken);
   }
+}
+
+void Motor::watch_echoes() {
+  const bool are_wanted = config_.sync.period_ns > 0 && config_.is_sync_producer && !is_echo_told_;
+  if (!are_wanted || ++beats_without_echo_ < beats_until_echo_is_missed) return;
+  is_echo_told_ = true;
+  if (!process_data_.has_echoes())
+    tell(Severity::info, "the interface does not echo SYNC: its time is when it was queued");
 }
 
 void Motor::ramp(std::int64_t now_ns) {

@@ -9,29 +9,28 @@ using canopen::NmtState;
 
 namespace {
 
-/// Failures of a node that was not there to be spoken with: its boot-up message is news.
-bool is_unreachable(MotorReason reason) {
-  return reason == MotorReason::node_absent || reason == MotorReason::sdo_timed_out ||
-         reason == MotorReason::sdo_not_sent || reason == MotorReason::heartbeat_lost ||
-         reason == MotorReason::pdo_lost || reason == MotorReason::no_process_data;
-}
+/// PDOs in a row that must say "no torque, speed 0".
+constexpr std::uint8_t beats_until_stopped = 3;
 
 }  // namespace
 
 void Motor::fail(MotorReason reason, Recovery recovery, const char* detail) {
   if (state_ == MotorState::stopping) {
-    // A drive in fault has stopped; one that is not heard cannot be told.
-    finish_stop(reason);
+    begin_stop_phase(StopPhase::by_sdo);  // PDOs do not bring it to an end any more
     return;
   }
-  const bool is_under_way =
-      state_ != MotorState::stopped && state_ != MotorState::recovering && state_ != MotorState::failed;
+  if (state_ == MotorState::held) {
+    keep_disabled_by_sdo();
+    return;
+  }
+  const bool is_under_way = !has_ended() && state_ != MotorState::recovering && state_ != MotorState::failed;
   if (!is_under_way) return;
 
   ++counters_.failures;
   ++attempts_;
   recovery_ = recovery;
   configurator_.cancel();
+  master_loss_.pause();
   sdo_.cancel();
   is_reading_mode_ = false;
   if (*detail == '\0' && reason == MotorReason::drive_fault && last_emcy_code_ != 0) {
@@ -40,15 +39,22 @@ void Motor::fail(MotorReason reason, Recovery recovery, const char* detail) {
   if (attempts_ > config_.attempt_limit) {
     attempts_ = config_.attempt_limit + 1;
     ++counters_.failures_final;
-    due_ns_ = config_.failed_retry_ns > 0 ? now_ns_ + config_.failed_retry_ns : no_stamp_ns;
+    due_ns_ = no_stamp_ns;  // a person has to look
+    is_disabled_told_ = false;
     enter(MotorState::failed, reason, detail);
-    tell(Severity::error, "failures in a row; the motor is given up", attempts_);
+    tell(Severity::error,
+         permit_.is_asked_for()
+             ? "failures in a row; the motor is given up until a new permit is given"
+             : "failures in a row; the motor is given up until a person resets it: alcesd --reset-motor",
+         attempts_);
+    if (!is_cyclic_) keep_disabled_by_sdo();
   } else {
     due_ns_ = now_ns_ + config_.back_off.delay_ns(attempts_);
     enter(MotorState::recovering, reason, detail);
   }
   const bool is_fault = reason == MotorReason::drive_fault || reason == MotorReason::fault_not_cleared;
-  if (is_fault) is_reading_error_code_ = sdo_.upload({cia402::error_code_index, 0}, now_ns_);
+  if (is_fault)
+    is_reading_error_code_ = sdo_.upload({of_axis(cia402::error_code_index, config_.axis), 0}, now_ns_);
 }
 
 void Motor::on_error_code_read() {
@@ -64,6 +70,7 @@ void Motor::on_error_code_read() {
 void Motor::step_recovering() {
   if (now_ns_ < due_ns_) return;
   is_reading_error_code_ = false;
+  master_loss_.pause();
   sdo_.cancel();
   const bool is_reachable = is_cyclic_ && !heartbeat_.is_lost() && !are_pdos_late();
   if (recovery_ == Recovery::enable_again && is_reachable) {
@@ -74,52 +81,44 @@ void Motor::step_recovering() {
 }
 
 void Motor::step_failed() {
-  if (is_cyclic_) {
-    using cia402::State;
-    const State drive = process_data_.state();
-    const bool has_torque = drive == State::operation_enabled || drive == State::quick_stop_active ||
-                            drive == State::fault_reaction_active || drive == State::unknown;
-    const bool is_late = now_ns_ - state_since_ns_ >= config_.stop_timeout_ns;
-    if ((!has_torque && !is_reading_error_code_) || is_late) {
-      order(NmtCommand::enter_pre_operational);
-      leave_cycle();
-      is_configured_ = false;
-    }
+  if (!is_cyclic_) {
+    if (!is_reading_error_code_ && config_status_ == MotorConfigStatus::ok) step_held();
+    return;
   }
-  if (due_ns_ != no_stamp_ns && now_ns_ >= due_ns_) begin_anew();
+  const bool is_late = now_ns_ - state_since_ns_ >= config_.stop_timeout_ns;
+  if (is_late || are_pdos_late()) {
+    is_reading_error_code_ = false;
+    keep_disabled_by_sdo();
+  } else if (cia402::has_no_torque(process_data_.state()) && !is_reading_error_code_) {
+    keep_disabled_by_sdo();  // asked once more, and the node is left pre-operational
+  }
 }
 
 void Motor::on_boot_up() {
   is_node_heard_ = true;
   switch (state_) {
     case MotorState::stopped:
+    case MotorState::unconfirmed:
       return;
-    case MotorState::stopping:
+    case MotorState::stopping:  // a drive that has just started: does the shaft stand?
       ++counters_.node_resets;
-      finish_stop(MotorReason::node_reset);
+      begin_stop_phase(StopPhase::by_sdo);
       return;
     case MotorState::connecting:
     case MotorState::recovering:
       has_booted_ = true;
       begin_configuring();
       return;
-    case MotorState::failed: {
+    case MotorState::held:
+    case MotorState::failed:  // whoever switched it off and on has not said that the head may turn
       leave_cycle();
       is_configured_ = false;
-      if (reason_ == MotorReason::bad_configuration) return;
-      // Somebody may have switched it off and on, as one does with a drive in fault: that shortens the rest,
-      // but one that starts anew again and again by itself is not to keep us busy for ever.
-      const std::int64_t rested_ns = state_since_ns_ + config_.back_off.maximum_ns;
-      if (!is_unreachable(reason_) && now_ns_ < rested_ns) {
-        if (due_ns_ == no_stamp_ns || due_ns_ > rested_ns)
-          tell(Severity::info, "the drive started anew: it is tried again soon");
-        due_ns_ = rested_ns;
-        return;
-      }
-      has_booted_ = true;
-      begin_configuring();
+      if (config_status_ != MotorConfigStatus::ok) return;
+      ++counters_.node_resets;
+      if (state_ == MotorState::failed)
+        tell(Severity::info, "the drive started anew; the motor stays given up");
+      keep_disabled_by_sdo();
       return;
-    }
     case MotorState::configuring:
       if (!has_booted_) {  // it came late; we had begun without it
         has_booted_ = true;
@@ -161,27 +160,57 @@ void Motor::on_node_state() {
 }
 
 void Motor::begin_stop(StopPhase phase, MotorReason reason) {
-  if (state_ == MotorState::stopped) return;
+  if (has_ended()) return;
   configurator_.cancel();
+  master_loss_.pause();
   sdo_.cancel();
   is_reading_mode_ = false;
   is_reading_error_code_ = false;
-  if (!is_cyclic_) {
-    finish_stop(reason);
+  if (phase == StopPhase::ramp_down && !is_driving()) phase = StopPhase::quick;  // nothing to ramp down from
+  enter(MotorState::stopping, reason);
+  if (config_status_ != MotorConfigStatus::ok) {
+    finish_stop(false);  // whom to ask is not known
     return;
   }
-  enter(MotorState::stopping, reason);
-  begin_stop_phase(phase);
+  stop_phase_ = phase;
+  begin_stop_phase(is_cyclic_ && !are_pdos_late() ? phase : StopPhase::by_sdo);
   step_stopping();  // before the next controlword: a drive that is not enabled is not to be
 }
 
 void Motor::begin_stop_phase(StopPhase phase) {
+  const bool was_by_sdo = stop_phase_ == StopPhase::by_sdo;
   stop_phase_ = phase;
+  still_beats_ = 0;
+  if (phase != StopPhase::by_sdo) {
+    stop_phase_since_ns_ = now_ns_;
+    return;
+  }
+  // The node is to hear SDOs, and nobody else's PDOs.
+  leave_cycle();
+  is_configured_ = false;
+  heartbeat_.watch(0, now_ns_);
+  if (is_link_up_) order(NmtCommand::enter_pre_operational);
+  stop_by_sdo_.begin(now_ns_);
+  if (was_by_sdo) return;  // begun anew, because the bus or the node was; the time is not
   stop_phase_since_ns_ = now_ns_;
+  ++counters_.stops_by_sdo;
+}
+
+/// PDOs say so, more than one in a row: one alone may be an old one.
+bool Motor::is_stop_seen() const {
+  return still_beats_ >= beats_until_stopped && cia402::has_no_torque(process_data_.state());
 }
 
 void Motor::step_stopping() {
   using cia402::State;
+  if (stop_phase_ == StopPhase::by_sdo) {
+    step_stop_by_sdo();
+    return;
+  }
+  if (are_pdos_late()) {
+    begin_stop_phase(StopPhase::by_sdo);
+    return;
+  }
   const State drive = process_data_.state();
   const bool has_torque = drive == State::operation_enabled || drive == State::quick_stop_active ||
                           drive == State::fault_reaction_active || drive == State::unknown;
@@ -204,24 +233,47 @@ void Motor::step_stopping() {
       }
       break;
     case StopPhase::disable:
-      if (drive == State::switch_on_disabled || drive == State::not_ready_to_switch_on ||
-          drive == State::fault) {
-        finish_stop(reason_);
+      if (is_stop_seen()) {
+        finish_stop(true);
       } else if (elapsed_ns >= config_.transition_timeout_ns) {
-        finish_stop(MotorReason::does_not_stop);
+        begin_stop_phase(StopPhase::by_sdo);
       }
+      break;
+    case StopPhase::by_sdo:
       break;
   }
 }
 
-void Motor::finish_stop(MotorReason reason) {
+void Motor::step_stop_by_sdo() {
+  if (is_link_up_) stop_by_sdo_.advance(now_ns_);
+  if (stop_by_sdo_.is_confirmed()) {
+    finish_stop(true);
+  } else if (now_ns_ - stop_phase_since_ns_ >= config_.stop_timeout_ns + config_.stop_confirm_timeout_ns) {
+    finish_stop(false);
+  }
+}
+
+void Motor::finish_stop(bool is_confirmed) {
   leave_cycle();
   configurator_.cancel();
+  stop_by_sdo_.cancel();
   sdo_.cancel();
   is_configured_ = false;
   heartbeat_.watch(0, now_ns_);
-  if (is_link_up_) order(NmtCommand::enter_pre_operational);
-  enter(MotorState::stopped, reason);
+  if (is_confirmed) {
+    order(NmtCommand::enter_pre_operational);
+    enter(MotorState::stopped, reason_);
+    return;
+  }
+  ++counters_.stops_unconfirmed;
+  if (is_link_up_ && config_status_ == MotorConfigStatus::ok) order(NmtCommand::enter_pre_operational);
+  const bool has_answered = stop_by_sdo_.state() != cia402::State::unknown;
+  const char* said = "it does not answer";
+  if (!is_link_up_) said = "the CAN bus is down";
+  if (has_answered) said = cia402::text(stop_by_sdo_.state());
+  enter(MotorState::unconfirmed, MotorReason::stop_not_confirmed, said);
+  if (has_answered && stop_by_sdo_.has_velocity())
+    tell(Severity::error, "its velocity in the drive's unit", stop_by_sdo_.velocity_units());
 }
 
 void Motor::leave_cycle() {

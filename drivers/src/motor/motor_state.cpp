@@ -22,6 +22,10 @@ const char* text(MotorState state) {
       return "recovering";
     case MotorState::failed:
       return "failed";
+    case MotorState::held:
+      return "held";
+    case MotorState::unconfirmed:
+      return "not confirmed to stand";
   }
   return "unknown";
 }
@@ -46,6 +50,10 @@ const char* text(MotorReason reason) {
       return "ramps to speed";
     case MotorReason::at_speed:
       return "at speed";
+    case MotorReason::waits_for_permit:
+      return "waits for a permit: it has to be off, and then be given";
+    case MotorReason::permit_gone:
+      return "the permit is gone: the motor is stopped";
     case MotorReason::bus_down:
       return "the CAN bus is down";
     case MotorReason::bad_configuration:
@@ -94,6 +102,10 @@ const char* text(MotorReason reason) {
       return "the motor turns the wrong way";
     case MotorReason::does_not_stop:
       return "the motor did not come to rest in time";
+    case MotorReason::stop_not_confirmed:
+      return "the drive did not confirm that the motor stands without torque: it may turn; keep away, and "
+             "cut "
+             "its supply";
   }
   return "unknown";
 }

@@ -14,7 +14,7 @@ PdoField field_or_none(const canopen::PdoConfig& pdo, std::uint16_t index) {
 
 }  // namespace
 
-ProcessData::ProcessData(const MotorConfig& config) {
+ProcessData::ProcessData(const MotorConfig& config) : echo_patience_ns_(4 * config.sync.period_ns) {
   const bool has_sync = config.sync.period_ns > 0;
   for (const canopen::PdoConfig& pdo : config.tpdos) {
     Tpdo tpdo;
@@ -22,18 +22,18 @@ ProcessData::ProcessData(const MotorConfig& config) {
     tpdo.bytes = pdo.bytes();
     if (has_sync && canopen::is_cyclic_on_sync(pdo.transmission_type))
       tpdo.beats_between = pdo.transmission_type;
-    tpdo.statusword = field_or_none(pdo, cia402::statusword_index);
-    tpdo.position = field_or_none(pdo, cia402::position_index);
-    tpdo.velocity = field_or_none(pdo, cia402::velocity_index);
+    tpdo.statusword = field_or_none(pdo, of_axis(cia402::statusword_index, config.axis));
+    tpdo.position = field_or_none(pdo, of_axis(cia402::position_index, config.axis));
+    tpdo.velocity = field_or_none(pdo, of_axis(cia402::velocity_index, config.axis));
     (void)tpdos_.add(tpdo);  // as many as in the configuration
   }
   for (const canopen::PdoConfig& pdo : config.rpdos) {
     Rpdo rpdo;
     rpdo.cob_id = pdo.cob_id_of(PdoDirection::to_node, config.node);
     rpdo.bytes = pdo.bytes();
-    rpdo.controlword = field_or_none(pdo, cia402::controlword_index);
-    rpdo.target_velocity = field_or_none(pdo, cia402::target_velocity_index);
-    rpdo.mode = field_or_none(pdo, cia402::mode_index);
+    rpdo.controlword = field_or_none(pdo, of_axis(cia402::controlword_index, config.axis));
+    rpdo.target_velocity = field_or_none(pdo, of_axis(cia402::target_velocity_index, config.axis));
+    rpdo.mode = field_or_none(pdo, of_axis(cia402::mode_index, config.axis));
     (void)rpdos_.add(rpdo);
   }
 }
@@ -42,7 +42,9 @@ void ProcessData::reset() {
   feedback_ = DriveFeedback{};
   position_stamp_ns_ = no_stamp_ns;
   velocity_stamp_ns_ = no_stamp_ns;
+  statusword_stamp_ns_ = no_stamp_ns;
   sync_stamp_ns_ = no_stamp_ns;
+  echo_stamp_ns_ = no_stamp_ns;
   state_ = cia402::State::unknown;
   candidate_ = cia402::State::unknown;
   for (std::size_t number = 0; number < tpdos_.size(); ++number) {
@@ -83,6 +85,7 @@ ProcessData::Outcome ProcessData::on_frame(const CanFrame& frame, std::int64_t s
   if (tpdo.statusword.bits != 0) {
     take_statusword(static_cast<std::uint16_t>(canopen::read_field(frame, tpdo.statusword)),
                     tpdo.beats_between != 0);
+    statusword_stamp_ns_ = stamp_ns;
   }
   if (tpdo.velocity.bits != 0) {
     feedback_.velocity_units = canopen::read_signed_field(frame, tpdo.velocity);
@@ -109,8 +112,15 @@ void ProcessData::take_statusword(std::uint16_t statusword, bool is_cyclic) {
   candidate_ = state;
 }
 
-void ProcessData::on_sync(std::int64_t stamp_ns) {
+void ProcessData::on_sync_sent(std::int64_t stamp_ns) {
+  if (echo_stamp_ns_ != no_stamp_ns && stamp_ns <= echo_stamp_ns_) return;
+  echo_stamp_ns_ = stamp_ns;
   sync_stamp_ns_ = stamp_ns;
+}
+
+void ProcessData::on_sync(std::int64_t stamp_ns) {
+  const bool do_echoes_come = echo_stamp_ns_ != no_stamp_ns && stamp_ns - echo_stamp_ns_ <= echo_patience_ns_;
+  if (!do_echoes_come) sync_stamp_ns_ = stamp_ns;
   for (std::size_t number = 0; number < tpdos_.size(); ++number) {
     Tpdo& tpdo = tpdos_[number];
     if (tpdo.beats_between == 0) continue;

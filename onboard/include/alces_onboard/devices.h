@@ -2,6 +2,7 @@
 //
 //   CAN      motor and odometry         SocketCan     no interface of that name: alcesd cannot start
 //   GPIO     encoder                    GpioLines     no such chip or line, line in use: cannot start
+//   permit   a socket of ours PermitSocket     no folder for it: cannot start
 //   lasers   a serial line or TCP each  SerialPort, TcpConnection     no such file, no such host: cannot
 //   start GPS      a serial line              SerialPort    not there: told, and waited for
 //
@@ -17,6 +18,7 @@
 #include "alces_drivers/scanner.h"
 #include "alces_onboard/status_report.h"
 #include "alces_platform/linux/gpio_lines.h"
+#include "alces_platform/linux/permit_socket.h"
 #include "alces_platform/linux/serial_port.h"
 #include "alces_platform/linux/socket_can.h"
 #include "alces_platform/linux/tcp_connection.h"
@@ -53,6 +55,7 @@ class Devices {
       visit_of("CAN", can_->counters());
       visit_of("CAN", can_->clock_counters());
     }
+    if (permit_) visit_of("permit's socket", permit_->counters());
     if (gpio_) visit_of("GPIO", gpio_->counters());
     for (std::size_t i = 0; i < lasers_.size(); ++i) {
       const char* const name = i == 0 ? "laser a's line" : "laser b's line";
@@ -72,6 +75,7 @@ class Devices {
   std::string can_name_;
   std::string gps_name_;
   std::optional<SocketCan> can_;
+  std::optional<PermitSocket> permit_;
   std::optional<GpioLines> gpio_;
   std::array<LaserDevice, ScannerConfig::maximum_lasers> lasers_;
   std::optional<SerialPort> gps_;

@@ -13,6 +13,7 @@ enum class ExitStatus : int {
   configuration = 3,  ///< unreadable, or with values that cannot be
   capacity = 4,       ///< the machine has not the memory or the threads
   device = 5,         ///< a device that will not come by itself, or a file that cannot be written
+  motor = 6,          ///< the drive did not confirm that the motor stands without torque
 };
 
 class Error : public std::runtime_error {

@@ -3,8 +3,9 @@
 //
 //   asked once    the scanner stops its devices (at most scanner_limit_ns), then the mapper works off the
 //                 scans that wait and closes a last loop (at most mapping_limit_ns; then they are left)
-//   asked again   the scanner has hurried_limit_ns more; scans that wait are left
-//   a third time  the devices are left as they are
+//   asked again   the motor's quick stop, without waiting for the lasers; the scanner has hurried_limit_ns
+//                 more; scans that wait are left
+//   a third time  the devices are left as they are, and what is known of the motor is said
 //
 // The scan in the mapper's hands is always finished: that is bounded by its configuration.
 #pragma once
@@ -17,9 +18,9 @@
 namespace alces::onboard {
 
 struct StopLimits {
-  std::int64_t scanner_limit_ns = 20 * ns_per_s;
+  std::int64_t scanner_limit_ns = 30 * ns_per_s;  ///< above Scanner::stop_limit_ns(), which ends by itself
   std::int64_t mapping_limit_ns = 30 * ns_per_s;
-  std::int64_t hurried_limit_ns = 2 * ns_per_s;
+  std::int64_t hurried_limit_ns = 5 * ns_per_s;
 };
 
 enum class StopStage : std::uint8_t { running, stopping_scanner, finishing_map, finished };
@@ -36,6 +37,8 @@ class OrderlyStop {
   [[nodiscard]] StopStage stage() const { return stage_; }
   /// The devices did not stop in time.
   [[nodiscard]] bool was_scanner_left() const { return was_scanner_left_; }
+  /// The drive confirmed that the motor stands without torque; false until it has.
+  [[nodiscard]] bool is_motor_confirmed() const { return pipeline_.is_motor_confirmed(); }
 
  private:
   void enter(StopStage stage, std::int64_t now_ns);

@@ -119,10 +119,16 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   bool run_mapper_once() { return worker_ && worker_->run_once(); }
 
   void start_scanner() { scanner_->start(); }
-  /// In order; the recording keeps when.
+  /// In order; a second time: at once, by the motor's quick stop. The recording keeps when.
   void stop_scanner();
-  [[nodiscard]] bool is_scanner_stopped() const { return scanner_->is_stopped(); }
+  [[nodiscard]] bool has_scanner_ended() const { return scanner_->has_ended(); }
+  /// The drive said that the motor has no torque and stands, or there is no motor.
+  [[nodiscard]] bool is_motor_confirmed() const {
+    return !config_.scanner.has_motor || scanner_->motor().state() == MotorState::stopped;
+  }
 
+  /// See Scanner: for EventLoop::wake_at().
+  [[nodiscard]] std::int64_t next_wake_ns() const { return scanner_->next_wake_ns(); }
   /// The one way in. Also takes the mapper's results.
   void on_event(const Event& event) override;
   /// From the acquisition thread: printed, counted, recorded.

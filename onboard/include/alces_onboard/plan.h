@@ -19,6 +19,7 @@ struct Options {
   std::optional<std::string> record;  ///< instead of the configuration's
   bool is_dry_run = false;
   bool maps = true;
+  bool resets_motor = false;  ///< of the alcesd that runs; nothing else is done
 };
 
 struct Plan {

@@ -23,6 +23,8 @@ recovers "interface up again: scans go on" 60
 canplayer -I /scenarios/hostile.log > "$out/hostile.log" 2>&1
 kill -0 "$alcesd"; verdict "hostile trace: alcesd lives" $? "$(tail -n 1 "$out/alcesd.log" | cut -c1-200)"
 sleep 12
+alcesd --reset-motor >> "$out/reset.log" 2>&1  # too many failures in a row give the motor up, until a person has looked
+verdict "hostile trace: a person resets the motor" $? "$(tail -n 1 "$out/reset.log")"
 recovers "hostile trace: scans go on" 90
 
 kill -KILL "$simulator"; wait "$simulator"
@@ -30,6 +32,7 @@ until_true 30 has_no_scans
 verdict "scanner killed: told" $? "$(tail -n 1 "$out/alcesd.log" | cut -c1-200)"
 start_simulator simulator_2.log --scans 1 --standstill 10000 --seed 3
 sleep 12
+alcesd --reset-motor >> "$out/reset.log" 2>&1
 recovers "scanner there again: scans go on" 90
 
 kill -TERM "$alcesd"

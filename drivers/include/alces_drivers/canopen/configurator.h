@@ -1,4 +1,7 @@
 // Walks a list of objects: each is written, or read and compared, by one SDO transfer after the other.
+//
+// A COB-ID of an RPDO that the node refuses is written once more with bit 30 the other way round: that bit
+// means nothing in an RPDO, and some makers insist on theirs.
 #pragma once
 
 #include <cstdint>
@@ -59,7 +62,8 @@ class Configurator {
   std::span<const ConfigurationStep> steps_;
   std::size_t step_ = 0;
   Status status_ = Status::idle;
-  bool is_begun_ = false;  ///< the step's transfer
+  bool is_begun_ = false;           ///< the step's transfer
+  std::uint32_t flipped_bits_ = 0;  ///< of the step's value, in its second attempt
   std::uint32_t found_value_ = 0;
 };
 

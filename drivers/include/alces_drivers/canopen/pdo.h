@@ -46,6 +46,8 @@ struct PdoConfig {
   std::uint16_t cob_id = 0;            ///< 0: of the predefined set, for the numbers 1 to 4
   bool forbids_remote_frames = false;  ///< sets bit 30: nodes without remote frames insist on it in TPDOs
   std::uint8_t transmission_type = 1;
+  bool keeps_mapping = false;  ///< the node has it fixed: `entries` say what it is, and are not written
+  bool keeps_transmission_type = false;  ///< likewise
   std::uint16_t inhibit_time_100us = 0;  ///< 0: not written
   std::uint16_t event_timer_ms = 0;      ///< 0: not written
   FixedTable<PdoEntry, maximum_entries> entries;

@@ -5,6 +5,7 @@
 
 namespace alces::canopen {
 
+inline constexpr std::uint32_t sdo_abort_toggle = 0x05030000;
 inline constexpr std::uint32_t sdo_abort_timed_out = 0x05040000;
 inline constexpr std::uint32_t sdo_abort_out_of_memory = 0x05040005;
 inline constexpr std::uint32_t sdo_abort_size_mismatch = 0x06070010;

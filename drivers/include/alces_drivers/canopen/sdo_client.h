@@ -2,9 +2,10 @@
 // 301 version 4.2, 7.2.4.
 //
 // A request that is not answered in time is aborted and the whole transfer begun again, `retry_limit` times.
-// Whatever is not the answer that is awaited (late, repeated, of another object, with the wrong toggle bit)
-// is counted and changes nothing. One thing cannot be told apart, because SDO answers have no number: the
-// late answer to a request from the answer to its repetition.
+// A segment whose toggle bit does not alternate ends the transfer, with abort code 0503 0000h. Whatever else
+// is not the answer that is awaited (late, repeated, of another object) is counted and changes nothing. One
+// thing cannot be told apart, because SDO answers have no number: the late answer to a request from the
+// answer to its repetition.
 //
 // Memory: about 0.5 KiB.
 #pragma once
@@ -35,6 +36,7 @@ enum class SdoStatus : std::uint8_t {
   not_sent,       ///< the port did not take the request, retries included
   too_large,      ///< more than maximum_bytes came or were announced; aborted by us
   size_mismatch,  ///< fewer or more bytes than announced came; aborted by us
+  bad_toggle,     ///< a segment's toggle bit did not alternate; aborted by us
 };
 [[nodiscard]] const char* text(SdoStatus status);
 
@@ -50,7 +52,7 @@ class SdoClient {
     std::uint64_t requests_not_taken = 0;  ///< the port's queue was full; tried again
     std::uint64_t answers_late = 0;        ///< while no transfer was under way
     std::uint64_t answers_foreign = 0;     ///< of another object than the one asked for
-    std::uint64_t answers_repeated = 0;    ///< segments with the toggle bit of the one before
+    std::uint64_t answers_repeated = 0;    ///< segments with the toggle bit of the one before; aborted
     std::uint64_t answers_unexpected = 0;  ///< to another kind of request
     std::uint64_t answers_malformed = 0;   ///< not 8 bytes, or no known command specifier
 
@@ -77,7 +79,7 @@ class SdoClient {
   [[nodiscard]] bool download(const ObjectWrite& write, std::int64_t now_ns);
   /// Begins to read. False: a transfer is under way.
   [[nodiscard]] bool upload(ObjectAddress object, std::int64_t now_ns);
-  /// Forgets the transfer under way, if any; what still comes of it counts as late.
+  /// Aborts the transfer under way, if any (0800 0000h); what still comes of it counts as late.
   void cancel();
 
   /// Any frame; those that are not this node's SDO answers are none of its business. True: it was one.

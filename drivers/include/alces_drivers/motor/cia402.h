@@ -8,6 +8,7 @@
 
 namespace alces::cia402 {
 
+inline constexpr std::uint16_t abort_connection_option_index = 0x6007;
 inline constexpr std::uint16_t error_code_index = 0x603F;
 inline constexpr std::uint16_t controlword_index = 0x6040;
 inline constexpr std::uint16_t statusword_index = 0x6041;
@@ -35,6 +36,12 @@ enum class State : std::uint8_t {
 [[nodiscard]] const char* text(State state);
 
 [[nodiscard]] State state_of(std::uint16_t statusword);
+
+/// The power stage is off, and stays off until a controlword asks for more: what a drive that is to count as
+/// stopped must say of itself.
+[[nodiscard]] constexpr bool has_no_torque(State state) {
+  return state == State::switch_on_disabled || state == State::ready_to_switch_on || state == State::fault;
+}
 
 /// Bits of the statusword beside the state.
 inline constexpr std::uint16_t statusword_voltage_enabled = 0x0010;

@@ -10,6 +10,7 @@
 #include "alces_drivers/canopen/sync.h"
 #include "alces_drivers/fixed_table.h"
 #include "alces_drivers/motor/back_off.h"
+#include "alces_drivers/motor/permit.h"
 #include "alces_drivers/stamp.h"
 
 namespace alces {
@@ -24,19 +25,23 @@ enum class MotorReset : std::uint8_t {
 struct MotorConfig {
   static constexpr std::size_t maximum_checks = 8;
   static constexpr std::size_t maximum_writes = 48;
+  static constexpr std::size_t maximum_watchdog_writes = 4;
   static constexpr std::size_t maximum_pdos = 4;
 
   const char* name = "motor";  ///< the source in its notices; static storage
 
   // The bus.
   std::uint8_t node = 1;
-  canopen::SyncConfig sync;      ///< period 0: no SYNC; frames are then sent every control_period_ns
+  std::uint8_t axis = 0;     ///< of a node with several: its objects are 0x6000 + 0x800 * axis and following
+  canopen::SyncConfig sync;  ///< period 0: no SYNC; frames are then sent every control_period_ns
   bool is_sync_producer = true;  ///< false: a canopen::Master or another node beats, with the same period
   std::int64_t control_period_ns = 20 * ns_per_ms;
   std::uint8_t own_node = 127;
   std::int64_t own_heartbeat_period_ns = 0;    ///< 0: none, or a canopen::Master sends it
   std::uint32_t own_heartbeat_timeout_ms = 0;  ///< not 0: 0x1016:1, so that the drive stops when we are gone
-  std::uint16_t heartbeat_period_ms = 100;     ///< 0x1017 of the node; 0: switched off
+  bool sets_master_loss_reaction =
+      true;  ///< quick stop into 0x6007, where the drive has it: see master_loss.h
+  std::uint16_t heartbeat_period_ms = 100;  ///< 0x1017 of the node; 0: left as it is, and not watched
   std::int64_t heartbeat_timeout_ns = 350 * ns_per_ms;  ///< 0: not watched
   canopen::SdoTiming sdo;
 
@@ -44,7 +49,10 @@ struct MotorConfig {
   MotorReset reset = MotorReset::communication;
   FixedTable<canopen::ObjectCheck, maximum_checks> checks;  ///< such as 0x1000, 0x1018, 0x6502
   FixedTable<canopen::ObjectWrite, maximum_writes>
-      writes;                 ///< such as 0x6083 to 0x6085, 0x605A, maker's objects
+      writes;  ///< such as 0x6083 to 0x6085, 0x605A, maker's objects
+  FixedTable<canopen::ObjectWrite, maximum_watchdog_writes>
+      watchdog_writes;        ///< the maker's own watchdog of its master, where it has one; after the writes
+  bool writes_mode = true;    ///< 0x6060; false: the drive has no other mode
   bool verifies_mode = true;  ///< 0x6061 must show profile velocity once operation is enabled
   FixedTable<canopen::PdoConfig, maximum_pdos>
       tpdos;  ///< must hold 0x6041, 0x6064, 0x606C; one or several PDOs
@@ -60,9 +68,10 @@ struct MotorConfig {
   double ramp_units_per_s =
       0;  ///< our own ramp of the target velocity; 0: the drive's profile acceleration does it
   std::int64_t spin_up_timeout_ns = 15 * ns_per_s;
-  std::int64_t settle_time_ns = 500 * ns_per_ms;  ///< within the tolerance for so long: at speed
-  std::int64_t deviation_time_ns = 1 * ns_per_s;  ///< outside for so long: too slow, too fast, stalled
-  std::int64_t stop_timeout_ns = 15 * ns_per_s;   ///< to stand still
+  std::int64_t settle_time_ns = 500 * ns_per_ms;        ///< within the tolerance for so long: at speed
+  std::int64_t deviation_time_ns = 1 * ns_per_s;        ///< outside for so long: too slow, too fast, stalled
+  std::int64_t stop_timeout_ns = 5 * ns_per_s;          ///< to stand still
+  std::int64_t stop_confirm_timeout_ns = 5 * ns_per_s;  ///< beyond that, for the drive to say so by SDO
 
   // Patience.
   std::int64_t boot_timeout_ns = 3 * ns_per_s;  ///< for the boot-up message after a reset; then SDO must tell
@@ -70,15 +79,20 @@ struct MotorConfig {
       2 * ns_per_s;                               ///< for each transition of CiA 402, and for the first PDO
   std::int64_t pdo_timeout_ns = 250 * ns_per_ms;  ///< without a PDO with the position; 0: not watched
   std::uint32_t attempt_limit =
-      5;  ///< failures in a row; the next one is final, or final for failed_retry_ns
+      5;  ///< failures in a row; the next one is final, until a person resets the motor
   BackOff back_off;
   std::int64_t healthy_after_ns = 10 * ns_per_s;  ///< at speed for so long: failures are forgotten
-  std::int64_t failed_retry_ns = 60 * ns_per_s;   ///< 0: never
+  PermitConfig permit;                            ///< who lets the head turn
 };
+
+/// An object of the drive profile (0x6000 to 0x67FF), as the axis has it.
+[[nodiscard]] constexpr std::uint16_t of_axis(std::uint16_t index, std::uint8_t axis) {
+  return static_cast<std::uint16_t>(index + 0x800 * axis);
+}
 
 enum class MotorConfigStatus : std::uint8_t {
   ok,
-  bad_node,    ///< not 1 to 127, or our own
+  bad_node,    ///< not 1 to 127, or our own; an axis above 7
   bad_period,  ///< SYNC, control or heartbeat periods; a time that is negative; a SYNC counter of 1 or above
                ///< 240
   bad_heartbeat,          ///< the time-out is not longer than the period
@@ -95,6 +109,7 @@ enum class MotorConfigStatus : std::uint8_t {
   bad_speed,  ///< target 0, tolerance negative or as large as the target, stall speed negative or within it
   ramp_too_slow,  ///< our ramp takes longer than spin_up_timeout_ns
   bad_back_off,   ///< delays not positive, or the first above the maximum
+  bad_permit,     ///< see problem(PermitConfig)
 };
 [[nodiscard]] const char* text(MotorConfigStatus status);
 [[nodiscard]] MotorConfigStatus check(const MotorConfig& config);

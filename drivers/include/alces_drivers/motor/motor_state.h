@@ -6,7 +6,7 @@
 namespace alces {
 
 enum class MotorState : std::uint8_t {
-  stopped,      ///< nothing is sent
+  stopped,      ///< nothing is sent; after stop(): the drive said that it has no torque and stands
   connecting,   ///< waits for the bus, or for the node's boot-up message
   configuring,  ///< object after object, by SDO
   enabling,     ///< walks CiA 402's states to operation enabled, resetting a fault on the way
@@ -14,7 +14,9 @@ enum class MotorState : std::uint8_t {
   running,      ///< at speed
   stopping,     ///< to zero, disabled, pre-operational
   recovering,   ///< something failed; the next attempt comes after a delay
-  failed,       ///< too many failures in a row
+  failed,       ///< too many failures in a row: disabled until a person resets it
+  held,         ///< there is no permit: disabled
+  unconfirmed,  ///< after stop(): nothing more is sent, and the drive did not say that it stands
 };
 [[nodiscard]] const char* text(MotorState state);
 
@@ -29,6 +31,8 @@ enum class MotorReason : std::uint8_t {
   resets_fault,
   ramps_up,
   at_speed,
+  waits_for_permit,
+  permit_gone,
   // Failures: they can be told from the others by is_failure().
   bus_down,
   bad_configuration,
@@ -54,6 +58,7 @@ enum class MotorReason : std::uint8_t {
   stalled,
   wrong_way,
   does_not_stop,
+  stop_not_confirmed,
 };
 /// A sentence for people, with what to do where one can say; static storage.
 [[nodiscard]] const char* text(MotorReason reason);

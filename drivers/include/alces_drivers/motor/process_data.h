@@ -58,10 +58,14 @@ class ProcessData {
   void reset();
   Outcome on_frame(const CanFrame& frame, std::int64_t stamp_ns);
   void on_sync(std::int64_t stamp_ns);
+  /// The last SYNC left at this time. From then on that is SYNC's time, as long as echoes come.
+  void on_sync_sent(std::int64_t stamp_ns);
+  [[nodiscard]] bool has_echoes() const { return echo_stamp_ns_ != no_stamp_ns; }
 
   /// no_stamp_ns: none came since reset().
   [[nodiscard]] std::int64_t position_stamp_ns() const { return position_stamp_ns_; }
   [[nodiscard]] std::int64_t velocity_stamp_ns() const { return velocity_stamp_ns_; }
+  [[nodiscard]] std::int64_t statusword_stamp_ns() const { return statusword_stamp_ns_; }
   [[nodiscard]] const DriveFeedback& feedback() const { return feedback_; }
   [[nodiscard]] cia402::State state() const { return state_; }
 
@@ -99,7 +103,10 @@ class ProcessData {
   DriveFeedback feedback_;
   std::int64_t position_stamp_ns_ = no_stamp_ns;
   std::int64_t velocity_stamp_ns_ = no_stamp_ns;
+  std::int64_t statusword_stamp_ns_ = no_stamp_ns;
   std::int64_t sync_stamp_ns_ = no_stamp_ns;
+  std::int64_t echo_stamp_ns_ = no_stamp_ns;
+  std::int64_t echo_patience_ns_ = 0;
   cia402::State state_ = cia402::State::unknown;
   cia402::State candidate_ = cia402::State::unknown;
   Counters counters_;

@@ -17,6 +17,7 @@ struct Notice {
       "";  ///< one clause that says what happened and, where one can, what to do: static storage
   std::int64_t value = 0;  ///< the number that goes with it (an abort code, a count); 0 where none does
   bool has_value = false;
+  bool is_hexadecimal = false;  ///< the value is an object, an abort code: for people in hexadecimal
 };
 
 class NoticePort {

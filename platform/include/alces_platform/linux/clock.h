@@ -17,6 +17,9 @@ namespace alces {
 /// CLOCK_MONOTONIC. About 30 ns, no system call.
 [[nodiscard]] std::int64_t now_ns();
 
+/// How long the machine has been suspended since it booted: CLOCK_BOOTTIME less CLOCK_MONOTONIC.
+[[nodiscard]] std::int64_t suspended_ns();
+
 /// Where code that must be tested against stepping clocks gets its time.
 class ClockReader {
  public:

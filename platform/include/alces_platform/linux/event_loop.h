@@ -15,6 +15,7 @@
 #include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/stamp.h"
+#include "alces_platform/linux/clock.h"
 #include "alces_platform/linux/file_descriptor.h"
 #include "alces_platform/linux/message.h"
 #include "alces_platform/linux/retry_delay.h"
@@ -38,7 +39,10 @@ class EventSource {
 
 struct EventLoopConfig {
   std::int64_t tick_interval_ns = 10 * ns_per_ms;
-  bool take_signals = true;  ///< SIGTERM, SIGINT and SIGHUP become counts; false: they keep their meaning
+  /// SIGTERM, SIGINT and SIGHUP become counts, SIGUSR1 an event (a person resets the motor); false: they keep
+  /// their meaning.
+  bool take_signals = true;
+  std::int64_t (*suspended_ns)() = alces::suspended_ns;  ///< for tests
 };
 
 class EventLoop {
@@ -47,6 +51,8 @@ class EventLoop {
   static constexpr std::uint32_t watch_capacity = 64;
   /// A loop held up for longer says so.
   static constexpr std::int64_t tolerable_delay_ns = 50 * ns_per_ms;
+  /// A machine that was suspended for longer is told of, by an event before the next tick.
+  static constexpr std::int64_t tolerable_suspension_ns = 100 * ns_per_ms;
 
   /// A watched descriptor. It goes stale by itself when it is unwatched.
   struct Watch {
@@ -61,6 +67,9 @@ class EventLoop {
     std::uint64_t ticks_missed = 0;     ///< due, but an earlier one was delivered late; not made up for
     std::uint64_t stop_requests = 0;    ///< SIGTERM, SIGINT, request_stop()
     std::uint64_t reload_requests = 0;  ///< SIGHUP
+    std::uint64_t motor_resets = 0;     ///< SIGUSR1
+    std::uint64_t suspensions = 0;      ///< of the machine
+    std::uint64_t wakes = 0;            ///< ticks for wake_at()
 
     template <class Visitor>
     void visit(Visitor&& visit) const {
@@ -69,6 +78,9 @@ class EventLoop {
       visit("ticks_missed", ticks_missed);
       visit("stop_requests", stop_requests);
       visit("reload_requests", reload_requests);
+      visit("motor_resets", motor_resets);
+      visit("suspensions", suspensions);
+      visit("wakes", wakes);
     }
   };
 
@@ -88,6 +100,8 @@ class EventLoop {
   /// and a stop is orderly when the program, once stop_requests() is not 0, stops its drivers, goes on with
   /// rounds until they have stopped, and only then finishes.
   void run_once();
+  /// One more tick at this time, once; no_stamp_ns: none. For what must not wait for the next regular one.
+  void wake_at(std::int64_t stamp_ns);
   [[nodiscard]] std::uint64_t stop_requests() const { return counters_.stop_requests; }
   [[nodiscard]] std::uint64_t reload_requests() const { return counters_.reload_requests; }
   void request_stop() { ++counters_.stop_requests; }
@@ -130,6 +144,8 @@ class EventLoop {
   [[nodiscard]] bool add_own(int descriptor, std::uint64_t mark);
   void take_signals();
   void tick();
+  void wake();
+  void deliver_tick(std::int64_t now_ns);
   void flush();
 
   EventSink& sink_;
@@ -137,6 +153,9 @@ class EventLoop {
   EventLoopConfig config_;
   FileDescriptor epoll_;
   FileDescriptor timer_;
+  FileDescriptor wake_timer_;
+  std::int64_t wake_ns_ = no_stamp_ns;  ///< what wake_at() was told last
+  std::int64_t suspended_before_ns_ = 0;
   FileDescriptor signals_;
   bool has_blocked_signals_ = false;
   std::uint32_t was_blocked_ = 0;  ///< which of our signals were blocked before, one bit each

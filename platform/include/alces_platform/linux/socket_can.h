@@ -8,6 +8,9 @@
 // answers ENOBUFS, then the queue waits for the next round. What waits when the bus goes down is thrown away
 // and counted: a controlword of before an outage is no good after.
 //
+// Where the controller's driver echoes what it has sent (CAN_RAW_RECV_OWN_MSGS), each echo of a SYNC becomes
+// an event with the kernel's stamp: when it left, not when it was queued.
+//
 // The interface may be absent, down, unplugged or renamed away at any time; it is bound again by name when it
 // is back. Sources: Documentation/networking/can.rst, timestamping.rst; linux/net/can/raw.c.
 #pragma once
@@ -63,6 +66,7 @@ class SocketCan final : public CanPort, public EventSource {
     std::uint64_t receive_without_stamp = 0;
     std::uint64_t hardware_stamps_refused = 0;
     std::uint64_t opens = 0;
+    std::uint64_t echoes = 0;  ///< of frames of ours, after they were on the wire
 
     template <class Visitor>
     void visit(Visitor&& visit) const {
@@ -75,6 +79,7 @@ class SocketCan final : public CanPort, public EventSource {
       visit("receive_without_stamp", receive_without_stamp);
       visit("hardware_stamps_refused", hardware_stamps_refused);
       visit("opens", opens);
+      visit("echoes", echoes);
     }
   };
 

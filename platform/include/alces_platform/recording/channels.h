@@ -15,6 +15,7 @@
 // | /alces/loops, /alces/graph_edges | alces_msgs/msg/Loop, GraphEdge |
 // | /diagnostics | diagnostic_msgs/msg/DiagnosticArray |
 // | /alces/stop | alces_msgs/msg/Stop |
+// | /alces/orders, /alces/syncs | alces_msgs/msg/MotorOrder, SyncSent |
 //
 // All of them in event order: a message's log_time is when it was handed on and never decreases, its
 // publish_time is the event's own stamp. Both are nanoseconds of CLOCK_MONOTONIC; the metadata record says
@@ -50,6 +51,8 @@ enum class Topic : std::uint8_t {
   diagnostics,
   stop,
   transforms,
+  orders,
+  syncs,
   can_rx,  ///< bus b: four more each
   can_tx,
   can_rx_fd,

@@ -32,7 +32,8 @@ struct VehicleSettings {
   // The wires.
   std::string can_interface = "can0";
   std::string gpio_chip = "gpiochip0";
-  std::vector<std::string> gpio_lines;  ///< in the order of GpioEdge::line; numbers or names
+  std::string permit_socket = "/run/alces/permit";  ///< with [motor] permit = "socket"
+  std::vector<std::string> gpio_lines;              ///< in the order of GpioEdge::line; numbers or names
   std::array<LaserLine, ScannerConfig::maximum_lasers> laser_lines;
   std::string gps_device;
   std::uint32_t gps_baud = 4800;

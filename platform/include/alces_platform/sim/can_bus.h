@@ -37,6 +37,8 @@ struct CanBusSettings {
   double latency_us =
       80;  ///< mean (exponential), from the kernel's time stamp until the host hears of a frame
   bool reports_sent = true;  ///< events of kind can_sent for the host's own frames
+  double queue_us = 0;       ///< mean (exponential) that a frame waits in the host before it may compete
+  bool echoes_sync = true;   ///< events of kind sync_sent when a SYNC of the host's has left
 };
 
 class CanBus final : public CanPort {
@@ -108,6 +110,7 @@ class CanBus final : public CanPort {
   std::vector<CanFrame> polled_;
   std::uint64_t order_ = 0;
   std::size_t host_pending_ = 0;
+  std::int64_t host_ready_ns_ = INT64_MIN;
   std::int64_t now_ns_;
   std::int64_t free_ns_;
   std::int64_t last_due_ns_ = 0;

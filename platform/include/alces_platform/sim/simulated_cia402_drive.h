@@ -1,8 +1,8 @@
 // A motor drive on the simulated CAN bus: a CANopen slave (CiA 301) with CiA 402 profile velocity mode, that
-// behaves like a Trinamic TMCM-1636 or a maxon EPOS4, and can be made to fail in the ways that drives fail.
-// Frames go in with the time they were on the bus; frames come out when they are due. The shaft turns in
-// closed form, so that its position can be asked for any time, to the nanosecond: that is the ground truth of
-// the scanner's head.
+// behaves like a Trinamic TMCM-1636, a maxon EPOS4 or a Technosoft iPOS, and can be made to fail in the ways
+// that drives fail. Frames go in with the time they were on the bus; frames come out when they are due. The
+// shaft turns in closed form, so that its position can be asked for any time, to the nanosecond: that is the
+// ground truth of the scanner's head.
 //
 //   SimulatedCia402Drive drive({.model = SimulatedCia402Drive::Model::tmcm1636});
 //   drive.power_on(0);
@@ -24,7 +24,7 @@ namespace alces::sim {
 
 class SimulatedCia402Drive final : private CanopenApplication {
  public:
-  enum class Model : std::uint8_t { tmcm1636, epos4 };
+  enum class Model : std::uint8_t { tmcm1636, epos4, ipos };
 
   struct Config {
     Model model = Model::tmcm1636;

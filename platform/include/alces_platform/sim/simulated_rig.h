@@ -21,6 +21,7 @@
 #include "alces_drivers/event.h"
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/can_port.h"
+#include "alces_drivers/stamp.h"
 #include "alces_platform/sim/can_bus.h"
 #include "alces_platform/sim/crowd.h"
 #include "alces_platform/sim/event_queue.h"
@@ -58,6 +59,8 @@ struct RigSettings {
   CanBusSettings can;
   SerialSettings serial;
   std::int64_t tick_ns = 10'000'000;
+  double tick_late_us =
+      0;  ///< mean (exponential) by which the host's ticks come late: a busy one takes its time
   std::size_t sweeps_cast_ahead = 16;
   bool is_parallel = true;
 };
@@ -102,6 +105,8 @@ class SimulatedRig {
   void advance_to(std::int64_t stamp_ns, EventSink& sink);
   /// The due time of the event being handed on, or where advance_to() ended.
   [[nodiscard]] std::int64_t now_ns() const { return now_ns_; }
+  /// One more tick at this time, as a host's timer gives it; stamps that have passed, and no_stamp_ns: none.
+  void wake_at(std::int64_t stamp_ns) { wake_ns_ = stamp_ns; }
   void inject(const Injection& injection) { faults_.add(injection); }
 
   // The truth.
@@ -148,6 +153,7 @@ class SimulatedRig {
   std::int64_t stepped_ns_;
   std::int64_t now_ns_;
   std::int64_t next_tick_ns_;
+  std::int64_t wake_ns_ = no_stamp_ns;
   Random random_;
   std::vector<OdometrySensor::Output> odometry_frames_;
   std::vector<HeadEncoder::Output> edges_;

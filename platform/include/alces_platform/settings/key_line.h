@@ -1,0 +1,12 @@
+// Where a key stands in a configuration's text, for complaints that only the program can make.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace alces::settings {
+
+/// The line of `key` in [table], from 1; 0: the text does not have it, or is no TOML.
+[[nodiscard]] std::size_t key_line(std::string_view text, std::string_view table, std::string_view key);
+
+}  // namespace alces::settings
