@@ -105,7 +105,7 @@ StagedFolder::StagedFolder(const fs::path& folder, IsOurs is_ours)
     throw OutputError(shown_, "the folder cannot be made (a file is in the way)");
   const fs::path parent = folder_.parent_path();
   make_folder(parent);
-  aside_ = parent / ("." + folder_.filename().string() + ".alces-old");
+  aside_ = parent / fmt::format(".{}.alces-old", folder_.filename().string());
   choose_staging();
   lock();
   recover();
@@ -119,7 +119,7 @@ void StagedFolder::choose_staging() {
   is_inside_ = is_there && (is_mount_point(folder_) || is_working_folder(folder_) || !may_write(parent) ||
                             has_mount_point_inside(folder_));
   staging_ =
-      is_inside_ ? folder_ / inside_name : parent / ("." + folder_.filename().string() + ".alces-part");
+      is_inside_ ? folder_ / inside_name : parent / fmt::format(".{}.alces-part", folder_.filename().string());
 }
 
 /// Held until this object or the process ends.
