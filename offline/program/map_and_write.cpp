@@ -12,6 +12,7 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/json_text.h"
+#include "alces_offline/map_health.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/stop_signal.h"
 #include "scan_progress.h"
@@ -47,6 +48,12 @@ void print_drive(const nlohmann::json& drive, bool json) {
 
 }  // namespace
 
+void warn_of_bad_map(const nlohmann::json& report) {
+  const auto verdict = report.find("verdict");
+  if (verdict != report.end() && *verdict == "bad")
+    fmt::print(stderr, "alces: warning: {}\n", verdict_line(report));
+}
+
 std::vector<std::string> command_line() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> words;
@@ -61,7 +68,8 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   MapRequest request = asked;
   request.is_stopped = [&stop] { return stop.received() != 0; };
   std::optional<ScratchArchive> scratch;
-  // On the desk a drive is mapped to its end, in the memory that is given: what it has no room for lies beside.
+  // On the desk a drive is mapped to its end, in the memory that is given: what it has no room for lies
+  // beside.
   if (!asked.archive) request.archive = stage.staging().string() + ".archive";
   MapRun run(scans, request);
   if (!asked.archive) scratch.emplace(*request.archive);  // now it is ours: the run overwrites no other file
@@ -86,6 +94,7 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
     if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
     throw;
   }
+  warn_of_bad_map(report);
   fmt::print("{}", json ? json_text(report) + "\n" : run_summary(run, report));
   const std::uint32_t archived = run.mapper().store_counters().archived_scans;
   if (scratch && archived > 0 && !json)

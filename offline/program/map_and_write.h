@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace alces::offline {
 
 /// As the program was called.
 [[nodiscard]] std::vector<std::string> command_line();
+
+/// To stderr where `report`, a run.json, calls its map bad; the exit status stays.
+void warn_of_bad_map(const nlohmann::json& report);
 
 /// Maps all of `scans` until the end or Ctrl-C, with an archive in `out` if none is asked for, writes what is
 /// mapped to `out`, and prints a summary or, with `json`, run.json. What stopped the run is thrown once the

@@ -21,6 +21,7 @@
 #include "alces_offline/graph/map_graph.h"
 #include "alces_offline/graph/toro.h"
 #include "alces_offline/json_text.h"
+#include "alces_offline/map_health.h"
 #include "alces_offline/stop_signal.h"
 #include "command.h"
 #include "lum_method.h"
@@ -294,7 +295,9 @@ void optimize(const CLI::App& verb, const Options& options) {
   report.update(outcome.details);
   if (!outcome.keeps_edges) report.erase("chi_squared_before");
   if (map) {
-    write_map_graph(options.out, *map, graph, report);
+    const nlohmann::json run = write_map_graph(options.out, *map, graph, report);
+    for (const char* key : {"verdict", "health"})
+      if (run.contains(key)) report[key] = run[key];
   } else if (has_graph_name(options.out)) {
     write_graph(options.out, graph,
                 fs::path(options.out).extension() == ".g2o" ? GraphFormat::g2o : GraphFormat::toro);
@@ -302,6 +305,7 @@ void optimize(const CLI::App& verb, const Options& options) {
     write_graph_folder(options.out, graph);
   }
   if (outcome.lum) finish_lum(*outcome.lum, *map, options.out);
+  warn_of_bad_map(report);
   if (options.json) {
     fmt::print("{}\n", json_text(report));
   } else if (!outcome.keeps_edges) {
@@ -312,6 +316,8 @@ void optimize(const CLI::App& verb, const Options& options) {
                graph.vertices.size(), graph.is_planar ? "planar " : "", graph.constraints.size(), before,
                after, seconds, outcome.sentence);
   }
+  if (const std::string line = verdict_line(report); !line.empty() && !options.json)
+    fmt::print("  {}\n", line);
   if (outcome.was_stopped) {
     std::fflush(stdout);
     throw Error(fmt::format("stopped; the best poses so far are in {}", options.out), 128 + stop.received());

@@ -1,6 +1,7 @@
 #include "alces_offline/map_folder.h"
 
 #include <fmt/format.h>
+#include <array>
 
 #include <chrono>
 
@@ -50,6 +51,18 @@ void write_stored_scans(const fs::path& file, MapRun& run) {
   writer.finish();
 }
 
+// For the table, where text() would bring commas and sentences.
+const char* word(StepVerdict verdict) {
+  constexpr std::array words = {"first",       "believed", "found",   "against_odometry",
+                                "on_odometry", "apart",    "rejoined"};
+  return words.at(static_cast<std::size_t>(verdict));
+}
+
+const char* word(StepDoubt doubt) {
+  constexpr std::array words = {"none", "no_match", "overlap", "fit", "restless", "motion"};
+  return words.at(static_cast<std::size_t>(doubt));
+}
+
 ScanTable scan_table(const MapRun& run) {
   ScanTable table;
   table.has_time = run.trajectory().has_time;
@@ -63,6 +76,10 @@ ScanTable scan_table(const MapRun& run) {
     row.overlap = scan.overlap;
     row.rms_m = scan.rms_m;
     row.is_predicted = scan.is_predicted;
+    // A loop may have joined this part of the map to the others since.
+    row.step = word(run.mapper().step_verdict(static_cast<std::uint32_t>(table.rows.size())));
+    row.doubt = word(scan.doubt);
+    row.fit = scan.fit;
     const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
     row.stage_ms = {ms(scan.times.reduce_ns), ms(scan.times.store_ns),      ms(scan.times.match_ns),
                     ms(scan.times.detect_ns), ms(scan.times.loop_match_ns), ms(scan.times.loop_share_ns)};

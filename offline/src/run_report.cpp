@@ -8,6 +8,7 @@
 
 #include "alces_offline/byte_size.h"
 #include "alces_offline/evaluation.h"
+#include "alces_offline/map_health.h"
 #include "alces_offline/mapper_settings.h"
 
 namespace alces::offline {
@@ -61,6 +62,9 @@ Json loops(const MapRun& run) {
                  {"overlap", loop.overlap},
                  {"rms_m", loop.rms_m},
                  {"wall_fit", loop.wall_fit},
+                 {"fit", loop.fit},
+                 {"usual_fit", loop.usual_fit},
+                 {"expected_m", loop.expected_m},
                  {"mahalanobis2", loop.mahalanobis2},
                  {"correction_m", loop.correction_m},
                  {"correction_deg", loop.correction_rad * 180 / std::numbers::pi},
@@ -150,6 +154,11 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["stopped_by"] = run.problem() ? Json(run.problem()->what()) : Json();
   json["scans"] = run.mapper().scan_count();
   json["length_m"] = run.length_m();
+  const MapHealth health = run.mapper().health();
+  std::vector<std::size_t> numbers;
+  for (const MappedScan& scan : run.mapped()) numbers.push_back(run.source().number(scan.source_index));
+  json["verdict"] = text(health.verdict);
+  json["health"] = health_json(health, numbers);
   json["loops"] = loops(run);
   const std::vector<MappedScan>& scans = run.mapped();
   std::vector<double> kept;
@@ -230,6 +239,7 @@ std::string run_summary(const MapRun& run, const Json& report) {
                    format_byte_size(plan.cache_bytes), format_byte_size(plan.working_bytes)));
   line(fmt::format("  {} of the pool used, {} in {} archived scans", format_byte_size(store.pool_bytes),
                    format_byte_size(store.archive_bytes), store.archived_scans));
+  line("  " + verdict_line(report));
   return lines;
 }
 

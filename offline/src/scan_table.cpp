@@ -17,9 +17,12 @@ namespace alces::offline {
 namespace {
 
 constexpr std::size_t leading_columns = 8;
+constexpr std::size_t step_columns = 2;  // words
 
-std::string header() {
+/// Maps of before steps were judged have no step, doubt and fit.
+std::string header(bool has_steps) {
   std::string line = "scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted";
+  if (has_steps) line += ",step,doubt,fit";
   for (const char* name : stage_names) line += fmt::format(",{}_ms", name);
   return line;
 }
@@ -35,12 +38,12 @@ Integer whole(const std::filesystem::path& file, std::size_t line, double value)
 
 void write_scan_table(const std::filesystem::path& file, const ScanTable& table) {
   OutputFile output(file);
-  output.write(header() + "\n");
+  output.write(header(true) + "\n");
   for (const ScanRow& row : table.rows) {
     const std::string stamp = table.has_time ? fmt::format("{:.9f}", row.stamp_s) : "";
-    std::string line =
-        fmt::format("{},{},{},{},{},{:.6g},{:.6g},{}", row.scan, stamp, row.points, row.iterations,
-                    row.correspondences, row.overlap, row.rms_m, row.is_predicted ? 1 : 0);
+    std::string line = fmt::format("{},{},{},{},{},{:.6g},{:.6g},{},{},{},{:.6g}", row.scan, stamp,
+                                   row.points, row.iterations, row.correspondences, row.overlap, row.rms_m,
+                                   row.is_predicted ? 1 : 0, row.step, row.doubt, row.fit);
     for (const double ms : row.stage_ms) line += fmt::format(",{:.6g}", ms);
     output.write(line + "\n");
   }
@@ -52,22 +55,30 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
   read_file(file, bytes);
   ScanTable table;
   std::size_t line_number = 0;
+  bool has_steps = true;
   std::vector<double> numbers;
+  std::vector<std::string> words;
   for (std::size_t begin = 0; begin < bytes.size();) {
     const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
     std::string line = bytes.substr(begin, end - begin);
     begin = end + 1;
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (++line_number == 1) {
-      if (line != header())
+      has_steps = line != header(false);
+      if (has_steps && line != header(true))
         throw InputError(file, 1, "is not the header that alces writes; map the scans again");
       continue;
     }
     numbers.clear();
+    words.clear();
     for (std::size_t field = 0; field <= line.size();) {
       const std::size_t field_end = std::min(line.find(',', field), line.size());
       const std::string text = line.substr(field, field_end - field);
       field = field_end + 1;
+      if (has_steps && numbers.size() == leading_columns && words.size() < step_columns) {
+        words.push_back(text);
+        continue;
+      }
       double value = 0;
       const bool is_stamp = numbers.size() == 1;
       if (is_stamp) table.has_time = !text.empty();
@@ -77,10 +88,12 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
         throw InputError(file, line_number, fmt::format("\"{}\" is no number; map the scans again", text));
       numbers.push_back(value);
     }
-    if (numbers.size() != leading_columns + stage_names.size())
+    const std::size_t first_stage = leading_columns + (has_steps ? 1 : 0);
+    const std::size_t expected = first_stage + stage_names.size() + (has_steps ? step_columns : 0);
+    if (numbers.size() + words.size() != expected)
       throw InputError(file, line_number,
                        fmt::format("has {} columns where {} are expected; map the scans again",
-                                   numbers.size(), leading_columns + stage_names.size()));
+                                   numbers.size() + words.size(), expected));
     ScanRow row;
     row.scan = whole<std::uint64_t>(file, line_number, numbers[0]);
     row.stamp_s = numbers[1];
@@ -90,7 +103,12 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
     row.overlap = numbers[5];
     row.rms_m = numbers[6];
     row.is_predicted = numbers[7] != 0;
-    for (std::size_t i = 0; i < stage_names.size(); ++i) row.stage_ms.at(i) = numbers[leading_columns + i];
+    if (has_steps) {
+      row.step = words[0];
+      row.doubt = words[1];
+      row.fit = numbers[leading_columns];
+    }
+    for (std::size_t i = 0; i < stage_names.size(); ++i) row.stage_ms.at(i) = numbers[first_stage + i];
     table.rows.push_back(row);
   }
   if (line_number == 0) throw InputError(file, "is empty; map the scans again");

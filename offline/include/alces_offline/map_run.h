@@ -47,6 +47,8 @@ struct MappedScan {
   double overlap = 0;
   double rms_m = 0;  ///< residual of the match to the scans before
   bool is_predicted = false;
+  StepDoubt doubt = StepDoubt::none;  ///< of the last match that was tried
+  double fit = 0;                     ///< of that match, 0 to 1
 };
 
 /// A scan that the mapper would not take, and why.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace alces::offline {
@@ -23,6 +24,9 @@ struct ScanRow {
   double rms_m = 0;    ///< of the residuals of these
   bool is_predicted = false;
   std::array<double, stage_names.size()> stage_ms{};
+  std::string step = {};   ///< how the scan was placed: a word of StepVerdict's; empty: not known
+  std::string doubt = {};  ///< why its last match is not believed: a word of StepDoubt's
+  double fit = 0;          ///< share of the samples that lie on the other side's surfaces
 };
 
 struct ScanTable {

@@ -37,6 +37,8 @@ export interface Run {
   stopped_by?: string | null
   scans?: number
   length_m?: number
+  verdict?: string // good, doubtful, bad
+  health?: { doubt?: string; parts?: number; weakest_scans?: number[] } & Record<string, unknown>
   loops: Loop[]
   settings?: Record<string, any>
   points_a_scan?: { median: number; max: number }

@@ -47,6 +47,25 @@ function addHeader(report: Report, scans: Scans) {
   }
 }
 
+/** What the map is worth, why, and the scans to look at: a click marks one in the map. */
+function addVerdict({ run: { verdict, health } }: Report, scans: Scans, viewer: Viewer) {
+  if (typeof verdict !== 'string') return
+  const host = byId('verdict')
+  host.hidden = false
+  if (['good', 'doubtful', 'bad'].includes(verdict)) host.classList.add(`verdict-${verdict}`)
+  const parts = health?.parts ?? 1
+  host.append(make('b', {}, `The map is ${verdict}`), `: ${health?.doubt ?? 'no reason is given'}`, parts > 1 ? `; ${whole(parts)} parts` : '')
+  const weakest = verdict !== 'good' && Array.isArray(health?.weakest_scans) ? health.weakest_scans : []
+  const rowOf = new Map(Array.from({ length: scans.count }, (_, row) => [scans.number(row), row]))
+  weakest.forEach((number, i) => {
+    const row = rowOf.get(Math.fround(number))
+    const mark = make('a', { href: '#map' }, `${number}`)
+    if (row !== undefined) mark.addEventListener('click', () => viewer.highlightScan(row))
+    host.append(i === 0 ? '; look at scans ' : ', ', row === undefined ? `${number}` : mark)
+  })
+  host.append('.')
+}
+
 function addMap(report: Report, scans: Scans): Viewer {
   const host = byId('viewer')
   // ?draw=canvas, ?draw=webgl: for trying out what another browser would do
@@ -168,6 +187,7 @@ async function start() {
   const scans = await Scans.read(report)
   addHeader(report, scans)
   const viewer = addMap(report, scans)
+  addVerdict(report, scans, viewer)
   document.documentElement.classList.add('alive')
   const loops = new LoopsSection(report, scans, () => viewer.allNodes())
   const select = (index: number, goThere: boolean) => {

@@ -12,9 +12,11 @@
 
 #include "../ply_stream.h"
 #include "alces_offline/error.h"
+#include "alces_offline/graph/gauss_newton.h"
 #include "alces_offline/graph/graph_file.h"
 #include "alces_offline/input_file.h"
 #include "alces_offline/json_text.h"
+#include "alces_offline/map_health.h"
 #include "alces_offline/map_writer.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/staged_folder.h"
@@ -140,8 +142,8 @@ MapGraph read_map_graph(const fs::path& folder) {
   return map;
 }
 
-void write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintGraph& graph,
-                     const nlohmann::json& optimize) {
+nlohmann::json write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintGraph& graph,
+                               const nlohmann::json& optimize) {
   std::error_code ignored;
   if (fs::equivalent(out, map.folder, ignored)) {
     throw UsageError(out.string() + ": is the map itself; write the better one to a folder of its own");
@@ -149,7 +151,8 @@ void write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintG
   StagedFolder stage(out);
   const Trajectory trajectory = with_poses_of(graph, map.trajectory);
   nlohmann::json report = map.report.is_object() ? map.report : nlohmann::json::object();
-  report["optimize"] = optimize;
+  const auto loops = std::count_if(graph.constraints.begin(), graph.constraints.end(), is_loop);
+  add_optimization(report, optimize, static_cast<std::size_t>(loops));
   put(stage, [&](const fs::path& folder) {
     write_tum(folder / "trajectory.tum", trajectory);
     write_graph(folder / "graph.g2o", graph, GraphFormat::g2o);
@@ -160,6 +163,7 @@ void write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintG
     file.write(json_text(report) + "\n");
     file.commit();
   });
+  return report;
 }
 
 void write_graph_folder(const fs::path& out, const ConstraintGraph& graph) {

@@ -23,12 +23,13 @@ struct MapGraph {
 [[nodiscard]] MapGraph read_map_graph(const std::filesystem::path& folder);
 
 /// Writes a complete map folder with the poses of `graph`, which is that of `map` with other poses: map.ply
-/// is that of map.folder re-placed, run.json its report with `optimize` added under that name; scans.csv,
-/// counters.csv and trajectory_without_loops.tum are copied where map.folder has them. All of it or nothing
-/// (StagedFolder); what an earlier map left of these in `out`, and its covariances.csv, goes away. `out` is
-/// not map.folder: UsageError. InputError, OutputError.
-void write_map_graph(const std::filesystem::path& out, const MapGraph& map, const ConstraintGraph& graph,
-                     const nlohmann::json& optimize);
+/// is that of map.folder re-placed, run.json its report with `optimize` added under that name and
+/// judged anew (map_health.h), and is returned; scans.csv, counters.csv and trajectory_without_loops.tum are
+/// copied where map.folder has them. All of it or nothing (StagedFolder); what an earlier map left of these
+/// in `out`, and its covariances.csv, goes away. `out` is not map.folder: UsageError. InputError,
+/// OutputError.
+nlohmann::json write_map_graph(const std::filesystem::path& out, const MapGraph& map,
+                               const ConstraintGraph& graph, const nlohmann::json& optimize);
 
 /// graph.g2o and trajectory.tum (stamps are the vertices' ids) of a graph without scans; all or nothing.
 void write_graph_folder(const std::filesystem::path& out, const ConstraintGraph& graph);
