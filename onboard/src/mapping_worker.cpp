@@ -25,6 +25,9 @@ struct Room {
   std::span<std::int64_t> path_stamps;
 };
 
+/// Looking at all of the map takes as long as it has scans: where nothing happens, seldom.
+constexpr std::uint32_t scans_between_judgements = 50;
+
 bool ends_map(Status status) {
   return status == Status::no_scan_capacity || status == Status::no_point_capacity ||
          status == Status::no_edge_capacity || status == Status::archive_write_failed;
@@ -125,6 +128,8 @@ bool MappingWorker::run_once() {
   } else {
     finish(*result);
   }
+  judge_map(*result);
+  result->health = health_;
   result->is_map_full = is_map_full_;
   result->figures = {mapper_->scan_count(), mapper_->store_counters().pool_bytes,
                      mapper_->store_counters().archive_bytes, mapper_->store_counters().archived_scans};
@@ -182,6 +187,16 @@ void MappingWorker::tell_of_graph(std::uint32_t edges_before, MapResult& result)
   std::copy_n(edges.begin(), result.edge_count, result.edges.begin());
   if (mapper_->scan_count() > 0) result.map_from_body = mapper_->graph().poses().back();
   if (result.has_loop && result.loop.verdict == LoopVerdict::closed) copy_path(result);
+}
+
+// By what the scans were, never by the clock: the same scans are judged at the same ones.
+void MappingWorker::judge_map(const MapResult& result) {
+  const StepVerdict step = result.report.step;
+  const bool is_usual = step == StepVerdict::first || step == StepVerdict::believed;
+  const bool is_due = result.is_end || result.has_loop ||
+                      (result.scan.was_mapped &&
+                       (!is_usual || mapper_->scan_count() >= health_.scans + scans_between_judgements));
+  if (is_due || (health_.scans == 0 && result.scan.was_mapped)) health_ = mapper_->health();
 }
 
 void MappingWorker::copy_path(MapResult& result) {

@@ -1,6 +1,7 @@
 #include "alces_onboard/pipeline.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "alces_onboard/error.h"
@@ -71,14 +72,67 @@ struct PartCounters {
 /// The mapper's, which its results carry.
 struct FigureCounters {
   const MapFigures& figures;
+  const MapHealth& health;
   template <class Visitor>
   void visit(Visitor&& visit) const {
     visit("scans", std::uint64_t{figures.scans});
     visit("pool_bytes", figures.pool_bytes);
     visit("archive_bytes", figures.archive_bytes);
     visit("archived_scans", std::uint64_t{figures.archived_scans});
+    visit("verdict", static_cast<std::uint64_t>(health.verdict));  // 0 good, 1 doubtful, 2 bad
+    visit("parts", std::uint64_t{health.parts});
+    visit("steps_on_odometry", std::uint64_t{health.on_odometry});
+    visit("steps_against_odometry", std::uint64_t{health.against_odometry});
   }
 };
+
+/// The map has become what `health` says. Whole sentences, for a notice puts none together.
+const char* sentence(const MapHealth& health) {
+  const bool is_bad = health.verdict == MapVerdict::bad;
+  switch (health.doubt) {
+    case MapDoubt::none:
+      break;
+    case MapDoubt::parts:
+      return "the map is bad until loops join its parts; parts";
+    case MapDoubt::unmatched_revisits:
+      return is_bad ? "the map is bad: scans of places that should be visited again do not fit; refused loops"
+                    : "the map is doubtful: scans of places that should be visited again do not fit; refused "
+                      "loops";
+    case MapDoubt::drift:
+      return is_bad
+                 ? "the map is bad: its steps can be off by more than a map may; expected error in mm"
+                 : "the map is doubtful: its steps can be off by more than a map may; expected error in mm";
+    case MapDoubt::odometry_alone:
+      return is_bad ? "the map is bad: too many steps stand on odometry alone; steps"
+                    : "the map is doubtful: too many steps stand on odometry alone; steps";
+    case MapDoubt::odometry_contradicted:
+      return "the map is doubtful until loops confirm the steps that were believed against the odometry; "
+             "steps";
+    case MapDoubt::searched:
+      return "the map is doubtful: too many steps had to be searched for; steps";
+  }
+  return "the map is worse than before";
+}
+
+std::uint64_t figure(const MapHealth& health) {
+  switch (health.doubt) {
+    case MapDoubt::none:
+      return 0;
+    case MapDoubt::parts:
+      return health.parts;
+    case MapDoubt::unmatched_revisits:
+      return health.unmatched;
+    case MapDoubt::drift:
+      return static_cast<std::uint64_t>(std::llround(1000 * health.expected_error_m));
+    case MapDoubt::odometry_alone:
+      return health.on_odometry;
+    case MapDoubt::odometry_contradicted:
+      return health.against_odometry;
+    case MapDoubt::searched:
+      return health.found;
+  }
+  return 0;
+}
 
 }  // namespace
 
@@ -253,6 +307,7 @@ void Pipeline::on_result(const MapResult& result) {
     say(NoticeKind::edges, "edges of the graph are not recorded: more at once than there is room for; so far",
         counters_.edges_skipped);
   }
+  watch_health(result);
   if (is_recording_) record_result(result);
   if (result.has_path) worker_->take_path();
   if (result.is_map_full && !is_map_full_) {
@@ -264,6 +319,22 @@ void Pipeline::on_result(const MapResult& result) {
            result.figures.scans, true});
   }
   if (result.is_end) is_mapping_finished_ = true;
+}
+
+void Pipeline::watch_health(const MapResult& result) {
+  const MapVerdict before = health_.verdict;
+  health_ = result.health;
+  if (result.scan.was_mapped && result.report.step == StepVerdict::apart)
+    say(NoticeKind::part,
+        "a new part of the map begins: the scan fits none before it, and no odometry says where it is; parts",
+        health_.parts);
+  if (result.scan.was_mapped && result.report.step == StepVerdict::against_odometry)
+    say(NoticeKind::contradiction,
+        "a scan lies where the odometry says that it cannot; such scans that no loop has confirmed",
+        health_.against_odometry);
+  if (health_.verdict > before)
+    say(health_.verdict == MapVerdict::bad ? NoticeKind::bad : NoticeKind::doubtful, sentence(health_),
+        figure(health_));
 }
 
 void Pipeline::say(NoticeKind kind, const char* text, std::uint64_t count) {
@@ -290,7 +361,7 @@ void Pipeline::record_counters() {
     const auto which = static_cast<ScannerPart>(part);
     recorder_->write_counters(now_ns_, text(which), PartCounters{*scanner_, which});
   }
-  if (worker_) recorder_->write_counters(now_ns_, "map", FigureCounters{figures_});
+  if (worker_) recorder_->write_counters(now_ns_, "map", FigureCounters{figures_, health_});
   recorder_->write_counters(now_ns_, "recording", recorder_->counters());
   recorder_->write_counters(now_ns_, "recording file", recorder_->file_counters());
 }
@@ -348,6 +419,7 @@ StatusReport Pipeline::status() const {
   report.has_pose = has_pose_;
   report.map_from_body = map_from_body_;
   report.loops_closed = static_cast<std::uint32_t>(counters_.loops_closed);
+  report.health = health_;
   report.has_loop = has_loop_;
   report.last_loop = last_loop_;
   if (worker_) {

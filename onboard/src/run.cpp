@@ -257,6 +257,7 @@ class Program {
     const Pipeline::Counters& counters = pipeline_->counters();
     fmt::print(stderr, "alcesd {}: {} scans, {} mapped, {} loops closed, {:.0f} s\n", version_,
                counters.scans, counters.scans_mapped, counters.loops_closed, seconds(now_ns() - begin_ns_));
+    if (counters.scans_mapped > 0) print_verdict();
     if (plan_.pipeline.records)
       fmt::print(stderr, "alcesd: {} ({:.1f} MB)\n", recording_.string(),
                  static_cast<double>(file_.size()) * 1e-6);
@@ -277,6 +278,17 @@ class Program {
       fmt::print(stderr, "alcesd: {}: {}\n", settings_.archive, text(archive_.problem()));
     summary.add("console", "lines_lost", console_.lines_lost());
     summary.print(stderr);
+  }
+
+  void print_verdict() const {
+    const MapHealth& health = pipeline_->health();
+    std::string line = fmt::format("the map is {}: {}", text(health.verdict), text(health.doubt));
+    if (health.verdict != MapVerdict::good) {
+      if (health.parts > 1) line += fmt::format("; {} parts", health.parts);
+      for (std::uint32_t i = 0; i < health.weakest_count; ++i)
+        line += fmt::format("{}{}", i == 0 ? "; look at scans " : ", ", health.weakest.at(i));
+    }
+    fmt::print(stderr, "alcesd: {}\n", line);
   }
 
   const settings::VehicleSettings& settings_;

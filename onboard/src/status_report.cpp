@@ -61,6 +61,14 @@ std::string_view format(const StatusReport& report, std::span<char> room) {
         line.add(", last %u-%u refused", loop.first, loop.last);
       }
     }
+    if (report.has_pose) {
+      const MapHealth& health = report.health;
+      line.add(" | %s %s", health.verdict == MapVerdict::bad ? "MAP" : "map",
+               health.verdict == MapVerdict::bad ? "BAD" : text(health.verdict));
+      if (health.verdict != MapVerdict::good) line.add(": %s", text(health.doubt));
+      if (health.parts > 1) line.add(", %u parts", health.parts);
+      if (health.on_odometry > 0) line.add(", %u steps on odometry", health.on_odometry);
+    }
     line.add(" | queue %zu/%zu, %llu dropped", report.waiting_scans, report.scan_slots,
              static_cast<unsigned long long>(report.scans_dropped));  // NOLINT(google-runtime-int): printf's
     line.add(" | pool %.1f of %.1f MB", megabytes(report.pool_used_bytes), megabytes(report.pool_bytes));

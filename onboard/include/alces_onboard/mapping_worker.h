@@ -72,6 +72,7 @@ struct MapResult {
   bool has_path = false;   ///< path() is of now; take_path() when it was read
   std::span<Point> cloud;  ///< reduced points; empty when they are not kept
   MapFigures figures;
+  MapHealth health;       ///< as it was judged last
   std::span<Point> room;  ///< for the cloud
 };
 
@@ -124,6 +125,7 @@ class MappingWorker {
   void finish(MapResult& result);
   void tell_of_graph(std::uint32_t edges_before, MapResult& result);
   void copy_path(MapResult& result);
+  void judge_map(const MapResult& result);
 
   MappingWorkerConfig config_;
   settings::MemoryBlock mapper_block_;
@@ -140,6 +142,7 @@ class MappingWorker {
   Mapper* mapper_ = nullptr;
   Status status_ = Status::ok;
   bool is_map_full_ = false;
+  MapHealth health_;
 
   Bell bell_;
   std::atomic<bool> is_closed_{false};

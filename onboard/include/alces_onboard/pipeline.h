@@ -147,6 +147,8 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
 
   [[nodiscard]] StatusReport status() const;
   [[nodiscard]] const Counters& counters() const { return counters_; }
+  /// Of the map, as it was judged last.
+  [[nodiscard]] const MapHealth& health() const { return health_; }
   [[nodiscard]] const Scanner& scanner() const { return *scanner_; }
   [[nodiscard]] const RecordingWriter* recorder() const { return recorder_; }
   /// Only without a mapping thread, or after its end; null with maps = false.
@@ -154,13 +156,14 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
 
  private:
   static constexpr std::size_t rate_scans = 8;
-  enum class NoticeKind : std::uint8_t { thinned, loops, paths, edges, count };
+  enum class NoticeKind : std::uint8_t { thinned, loops, paths, edges, part, contradiction, doubtful, bad, count };
 
   void tell(const Notice& notice);
   /// Of a capacity that was exceeded, at its first and then ever more seldom.
   void say(NoticeKind kind, const char* text, std::uint64_t count);
   void on_scan(const Scan& scan) override;
   void on_result(const MapResult& result);
+  void watch_health(const MapResult& result);
   void record_result(const MapResult& result);
   void record_counters();
   void watch_recording();
@@ -185,6 +188,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   NoticeLimiter notice_limiter_;
   SpacedNotices<NoticeKind> capacity_notices_;
   MapFigures figures_;
+  MapHealth health_;
   bool has_pose_ = false;
   Pose map_from_body_;
   bool has_loop_ = false;

@@ -33,6 +33,7 @@ struct StatusReport {
   std::uint32_t scan_capacity = 0;
   bool has_pose = false;
   Pose map_from_body;  ///< of the newest scan in the map, when it was matched
+  MapHealth health;    ///< of a map that has a pose
   std::uint32_t loops_closed = 0;
   bool has_loop = false;
   LoopReport last_loop;
@@ -52,7 +53,8 @@ struct StatusReport {
 
 /// One line, without its end, e.g.
 ///   scanning: 0.83 scans/s, 412 of 10000 mapped | at 12.3 -4.5 0.1 m, 87 deg | 5 loops, last 17-402 moved
-///   0.34 m | queue 1/4, 0 dropped | pool 12.3 of 33.1 MB | can0 1240 frames/s, 0 errors | recorded 153.2 MB
+///   0.34 m | map good | queue 1/4, 0 dropped | pool 12.3 of 33.1 MB | can0 1240 frames/s, 0 errors |
+///   recorded 153.2 MB
 /// What does not fit `room` is cut. No heap, no locale.
 [[nodiscard]] std::string_view format(const StatusReport& report, std::span<char> room);
 
