@@ -77,6 +77,16 @@ try {
     assert.equal(await page.locator('#source').innerText(), 'a drive made of numbers; poses optimized by LUM, 12 iterations, 15.1 s')
   })
 
+  await check('the head says what the map is worth, and marks the scans to look at', async () => {
+    assert.equal(await page.locator('#verdict').innerText(), 'The map is doubtful: scans <b>do not fit</b>; look at scans 17, 4, 999.')
+    assert.equal(await page.locator('#verdict a').count(), 2)  // the map has no scan 999
+    await settle()
+    const overlay = () => page.evaluate(async () => (await window.alcesReport).scan)
+    await page.locator('#verdict a').first().click()
+    assert.equal(await overlay(), 16)  // its row
+    await page.evaluate(async () => (await window.alcesReport).highlightScan(null))
+  })
+
   await check('what recordings say is text, never markup', async () => {
     assert.equal(await page.locator('img[src=x]').count(), 0)
     assert.ok((await page.locator('#notices').innerText()).includes('<img src=x onerror=alert(1)>'))

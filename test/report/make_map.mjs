@@ -37,13 +37,14 @@ export function makeMap(folder) {
   writeFileSync(join(folder, 'trajectory_without_loops.tum'), rows.map((i) => tum(i, i / scans)).join(''))
   writeFileSync(
     join(folder, 'scans.csv'),
-    'scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted,reduce_ms,store_ms,match_ms,detect_ms,loop_match_ms,loop_share_out_ms\n' +
-      rows.map((i) => `${i + 1},${(100 + 1.2 * i).toFixed(3)},${pointsAScan},${5 + (i % 4)},900,0.9,${0.01 + 0.001 * (i % 7)},0,1.5,9,${3 + (i % 5)},0.01,${i % 20 === 19 ? 12 : 0},${i % 20 === 19 ? 0.2 : 0}`).join('\n') + '\n',
+    'scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted,step,doubt,fit,reduce_ms,store_ms,match_ms,detect_ms,loop_match_ms,loop_share_out_ms\n' +
+      rows.map((i) => `${i + 1},${(100 + 1.2 * i).toFixed(3)},${pointsAScan},${5 + (i % 4)},900,0.9,${0.01 + 0.001 * (i % 7)},0,${i === 0 ? 'first' : 'believed'},none,0.8,1.5,9,${3 + (i % 5)},0.01,${i % 20 === 19 ? 12 : 0},${i % 20 === 19 ? 0.2 : 0}`).join('\n') + '\n',
   )
   const run = {
     program: { name: 'alces', version: '0', command_line: ['alces', 'replay', '</script><b>drive</b>.mcap'] },
     source: { description: 'a drive made of numbers', scans },
     front_end: 'default', complete: true, stopped_by: null, scans, length_m: 301,
+    verdict: 'doubtful', health: { doubt: 'scans <b>do not fit</b>', parts: 1, weakest_scans: [17, 4, 999] },
     settings: { belief: { minimum_overlap: 0.4, maximum_rms_m: 0.1, maximum_mahalanobis2: 30 }, loop_match: { scans_around_first: 2, scans_before_last: 2 } },
     loops: [
       loop(1, 31, true, 'closed', {}),
