@@ -70,7 +70,7 @@ void judge_map(MapHealth& health) {
   if (health.parts > 1) find(MapDoubt::parts, MapVerdict::bad);
   if (health.unmatched > chance) {
     // Places that look alike elsewhere are refused as implausible, and say nothing against the map.
-    const bool is_rule = health.unmatched > health.closed + health.implausible;
+    const bool is_rule = 2 * health.unmatched > health.closed + health.implausible;
     const bool is_much = 10 * health.unmatched > health.closed + health.implausible;
     if (is_rule || is_much)
       find(MapDoubt::unmatched_revisits, is_rule ? MapVerdict::bad : MapVerdict::doubtful);

@@ -32,7 +32,7 @@ EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior,
     covariance.covariance *= config_.edge_uncertainty.unconverged_factor;
   if (config_.judge_steps) {  // what fits worse than usual is less sure
     const double shortfall = std::max(1.0, usual_fit_.fit() / std::max(match.balanced_fit, 0.05));
-    covariance.covariance *= shortfall * shortfall;
+    covariance.covariance *= shortfall * shortfall * shortfall * shortfall;
   }
   return edge_variance(covariance, match.model_from_data, map_from_model, config_.edge_uncertainty);
 }

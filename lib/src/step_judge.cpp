@@ -46,13 +46,16 @@ StepDoubt judge_step(const IcpResult& match, const MotionPrior::Prediction& pred
   if (prediction.is_blind && !was_searched) return StepDoubt::motion;
   if (match.overlap < belief.minimum_overlap) return StepDoubt::overlap;
   const bool is_usual = match.balanced_fit >= belief.usual_fit_share * usual_fit;
-  const double least = (was_searched ? belief.least_fit_share : belief.usual_fit_share) * usual_fit;
+  const bool is_plausible = prediction.mahalanobis2(match.model_from_data) <= belief.maximum_mahalanobis2;
+  // A match that the odometry held, and agrees with, is no worse than the odometry alone.
+  const bool is_held = prediction.from_odometry && is_plausible;
+  const double least_share = !was_searched ? belief.usual_fit_share : is_held ? belief.held_fit_share : belief.least_fit_share;
+  const double least = least_share * usual_fit;
   if (match.balanced_fit < std::max(least, belief.minimum_fit)) return StepDoubt::fit;
   const bool is_at_rest = match.verdict != IcpVerdict::iteration_limit;
   if (!is_at_rest && !was_searched) return StepDoubt::restless;
   // Without odometry a prediction is a guess: it asks for a search, and has no say against what that found.
   if (was_searched && !prediction.from_odometry) return StepDoubt::none;
-  const bool is_plausible = prediction.mahalanobis2(match.model_from_data) <= belief.maximum_mahalanobis2;
   return is_plausible || (was_searched && is_usual) ? StepDoubt::none : StepDoubt::motion;
 }
 

@@ -31,6 +31,7 @@ struct StepBelief {
   /// a scanner sees of a place again depends on the scanner and on the place.
   double usual_fit_share = 0.8;
   double least_fit_share = 0.5;  ///< after a search has found nothing better
+  double held_fit_share = 0.3;   ///< the same where the odometry agrees with the match
   double minimum_fit = 0.15;     ///< anywhere
   /// Squared deviation from the prediction in standard deviations of prediction and match together, 6 degrees
   /// of freedom: one in 30,000 steps is farther off by chance.

@@ -105,6 +105,7 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("usual_fit_share", config.step_belief.usual_fit_share, 0, 1,
                "of the fit that is usual on the drive; below: searched");
   visit.number("least_fit_share", config.step_belief.least_fit_share, 0, 1, "the same after the search: not believed");
+  visit.number("held_fit_share", config.step_belief.held_fit_share, 0, 1, "the same where the odometry agrees");
   visit.number("minimum_fit", config.step_belief.minimum_fit, 0, 1, "anywhere");
   visit.number("maximum_mahalanobis2", config.step_belief.maximum_mahalanobis2, 0, 1e12,
                "of the deviation from the prediction");
