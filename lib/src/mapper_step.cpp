@@ -130,11 +130,13 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
   quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * config_.start_search.cell_m);
   const IcpPrior prior = prior_of(prediction);
   const IcpPrior* const used = config_.use_motion_prior && prediction.from_odometry ? &prior : nullptr;
+  // Where an odometry holds the match, another place has to be clearly better than the one it points to.
+  const double gain = prediction.from_odometry ? 0.15 * usual_fit_.fit() : 0.03;
   IcpResult best = match;
   bool is_better = false;
   for (const Start& start : std::span(room).first(found)) {
     const IcpResult tried = icp_.match(model, {&data, 1}, start.model_from_data, quick, used);
-    if (tried.verdict == IcpVerdict::too_few_correspondences || tried.balanced_fit < best.balanced_fit + 0.03) continue;
+    if (tried.verdict == IcpVerdict::too_few_correspondences || tried.balanced_fit < best.balanced_fit + (is_better ? 0 : gain)) continue;
     best = tried;
     is_better = true;
   }
@@ -146,7 +148,7 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
   // Between long walls it may have slid, as a loop may.
   const bool is_found = best.verdict == IcpVerdict::converged || best.verdict == IcpVerdict::degenerate;
   const IcpResult shifted = is_found ? match_shifted(model, {&data, 1}, config, used, best) : best;
-  if (shifted.balanced_fit > best.balanced_fit) {
+  if (shifted.balanced_fit > best.balanced_fit + (is_better ? 0 : gain)) {
     best = shifted;
     is_better = true;
   }
