@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+
 namespace alces::offline {
 namespace {
 
@@ -20,8 +22,8 @@ std::string scan_list(const Json& scans) {
   std::string list;
   if (!scans.is_array()) return list;
   for (const Json& scan : scans) {
-    if (scan.is_number_unsigned())
-      list += fmt::format("{}{}", list.empty() ? "" : ", ", scan.get<std::uint64_t>());
+    if (scan.is_number_integer())
+      list += fmt::format("{}{}", list.empty() ? "" : ", ", scan.get<std::int64_t>());
   }
   return list;
 }
@@ -55,9 +57,8 @@ std::string verdict_line(const Json& run) {
   const Json& doubt = member(health, "doubt");
   if (doubt.is_string()) line += ": " + doubt.get<std::string>();
   if (verdict == "good") return line;
-  if (const Json& parts = member(health, "parts");
-      parts.is_number_unsigned() && parts.get<std::uint64_t>() > 1)
-    line += fmt::format("; {} parts", parts.get<std::uint64_t>());
+  if (const Json& parts = member(health, "parts"); parts.is_number_integer() && parts.get<std::int64_t>() > 1)
+    line += fmt::format("; {} parts", parts.get<std::int64_t>());
   const Json& weakest = member(health, "weakest_scans");
   if (const std::string scans = scan_list(weakest); !scans.empty())
     line += fmt::format("; look at {} {}", weakest.size() == 1 ? "scan" : "scans", scans);

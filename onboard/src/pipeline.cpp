@@ -277,7 +277,8 @@ void Pipeline::on_result(const MapResult& result) {
       ++counters_.scans_thinned;
       say(NoticeKind::thinned,
           "a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm",
-          static_cast<std::uint64_t>(std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m))));
+          static_cast<std::uint64_t>(
+              std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m))));
     }
     has_pose_ = true;
     map_from_body_ = result.map_from_body;

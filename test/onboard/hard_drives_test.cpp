@@ -17,6 +17,7 @@ namespace {
 struct Outcome {
   Pipeline::Counters counters;
   NoticeList notices;
+  MapHealth health;
   std::uint64_t scans_without_odometry = 0;
   std::uint64_t odometry_gaps = 0;
   std::uint64_t odometry_freezes = 0;
@@ -57,6 +58,7 @@ Outcome drive(const sim::RigSettings& rig, const std::vector<sim::Injection>& fa
   REQUIRE(end_drive(pipeline));
 
   outcome.counters = pipeline.counters();
+  outcome.health = pipeline.health();
   pipeline.scanner().visit_counters([&](ScannerPart part, const std::string& name, std::uint64_t value) {
     if (part == ScannerPart::assembler && name == "scans_without_odometry")
       outcome.scans_without_odometry = value;
@@ -102,6 +104,15 @@ void check_map_without_odometry(const Outcome& outcome) {
   CAPTURE(outcome.end_m, outcome.end_deg);
   CHECK(outcome.end_m < 0.5);
   CHECK(outcome.end_deg < 1.5);
+  CHECK(outcome.health.found > 0);  // in the bends
+  CHECK(outcome.health.parts == 1);
+  CHECK(outcome.health.verdict != MapVerdict::bad);
+}
+
+void check_not_off_and_good(const Outcome& outcome) {
+  CAPTURE(outcome.worst_m, outcome.end_m);
+  const bool is_off = outcome.worst_m > 1.6 || outcome.end_m > 0.5;
+  CHECK((!is_off || outcome.health.verdict != MapVerdict::good));
 }
 
 }  // namespace
@@ -109,6 +120,7 @@ void check_map_without_odometry(const Outcome& outcome) {
 TEST_CASE("a drive with nothing wrong is mapped within its bounds, and no odometry is missed") {
   const Outcome outcome = drive({});
   check_map(outcome, 0.3, 1);
+  CHECK(outcome.health.verdict == MapVerdict::good);
   CHECK(outcome.odometry_gaps + outcome.odometry_freezes == 0);
   CHECK(outcome.scans_without_odometry <= 1);  // of the first turn
 }
@@ -152,6 +164,14 @@ TEST_CASE("with an odometry that says for a minute that the vehicle stands the d
   check_map_without_odometry(drive_with(sim::Fault::odometry_frozen, 3));
 }
 
+TEST_CASE("a map that an odometry which says that the vehicle stands has pulled off is not called good") {
+  check_not_off_and_good(drive_with(sim::Fault::odometry_frozen, GENERATE(2, 3)));
+}
+
+TEST_CASE("a map that is off after a minute without odometry is not called good", "[!mayfail]") {
+  check_not_off_and_good(drive_with(sim::Fault::odometry_silent));
+}
+
 TEST_CASE("without odometry for a minute in the middle of a longer drive the map does not come apart",
           "[!mayfail]") {
   check_map_without_odometry(
@@ -161,17 +181,23 @@ TEST_CASE("without odometry for a minute in the middle of a longer drive the map
 TEST_CASE("with a sensor of sixteen rings the drive is mapped") {
   sim::RigSettings rig;
   rig.rings.count = 16;
-  check_map(drive(rig), 0.5, 1.5);
+  const Outcome outcome = drive(rig);
+  check_map(outcome, 0.5, 1.5);
+  CHECK(outcome.health.verdict == MapVerdict::good);
 }
 
 TEST_CASE("in snow, a tenth of the rays on flakes, the drive is mapped") {
   sim::RigSettings rig;
   rig.range_errors.snow_share = 0.1;
-  check_map(drive(rig), 0.4, 1);
+  const Outcome outcome = drive(rig);
+  check_map(outcome, 0.4, 1);
+  CHECK(outcome.health.verdict == MapVerdict::good);
 }
 
 TEST_CASE("in a crowd that walks around the vehicle the drive is mapped") {
   sim::RigSettings rig;
   rig.crowd.people = GENERATE(std::size_t{5}, std::size_t{30});
-  check_map(drive(rig), 0.6, 2);
+  const Outcome outcome = drive(rig);
+  check_map(outcome, 0.6, 2);
+  CHECK(outcome.health.verdict == MapVerdict::good);
 }

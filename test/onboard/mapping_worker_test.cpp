@@ -73,13 +73,17 @@ TEST_CASE(
   std::uint32_t loop_edges = 0;
   std::uint32_t paths = 0;
   bool has_ended = false;
+  MapHealth health;
   const auto take = [&] {
     while (const MapResult* const result = worker.front_result()) {
       edges += result->edge_count;
       for (const Edge& edge : std::span(result->edges).first(result->edge_count))
         loop_edges += edge.closes_loop ? 1U : 0U;
+      health = result->health;
       if (!result->is_end) {
         CHECK(result->scan.was_mapped);
+        CHECK(health.scans > 0);
+        CHECK(health.scans + 50 > result->figures.scans);
         CHECK(result->cloud.size() == result->scan.points_reduced);
       }
       if (result->has_path) {
@@ -114,6 +118,10 @@ TEST_CASE(
   CHECK(loop_edges == mapper.counters().loops_closed);
   CHECK(mapper.counters().loops_closed > 0);
   CHECK(paths == mapper.counters().loops_closed);
+  CHECK(health.scans == scans);
+  CHECK(health.closed == mapper.counters().loops_closed);
+  CHECK(health.verdict == mapper.health().verdict);
+  CHECK(health.verdict == MapVerdict::good);
   const std::vector<Pose> direct = map_directly();
   REQUIRE(direct.size() == scans);
   for (std::uint32_t i = 0; i < scans; ++i) {

@@ -1,5 +1,7 @@
 #include "alces_onboard/pipeline.h"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <set>
@@ -151,6 +153,74 @@ TEST_CASE("scans of more cells than the table has are mapped coarser, all of eac
     CHECK(kept.verdict == "mapped, thinned out coarser");
     CHECK(kept.scan.points_reduced <= 1000);
   }
+}
+
+namespace {
+
+struct Judged {
+  NoticeList notices;
+  StatusReport status;
+  std::string line;
+};
+
+/// The recorded drive again.
+Judged judged(const PipelineConfig& config) {
+  Judged outcome;
+  NoWires wires;
+  Pipeline pipeline(config, {.ports = {&wires, {&wires, &wires}}, .listener = &outcome.notices});
+  pipeline.start_scanner();
+  Feeder feeder(pipeline);
+  feed(recorded_drive().recorded.events, feeder);
+  REQUIRE(end_drive(pipeline));
+  outcome.status = pipeline.status();
+  std::array<char, 512> room{};
+  outcome.line = format(outcome.status, room);
+  CHECK(pipeline.health().verdict == pipeline.mapper()->health().verdict);
+  return outcome;
+}
+
+PipelineConfig without_recording() {
+  PipelineConfig config = config_of(small_vehicle());
+  config.records = false;
+  return config;
+}
+
+}  // namespace
+
+TEST_CASE("a good map is called good in the status, and no notice speaks of it") {
+  const Judged outcome = judged(without_recording());
+  CHECK(outcome.status.health.verdict == MapVerdict::good);
+  CHECK(outcome.line.find("| map good |") != std::string::npos);
+  CHECK_FALSE(outcome.notices.has("the map is"));
+  CHECK_FALSE(outcome.notices.has("a new part"));
+}
+
+TEST_CASE(
+    "a map whose steps stand on odometry alone is called bad in the status, once in a notice, with reasons") {
+  PipelineConfig config = without_recording();
+  config.mapping.mapper.step_belief.minimum_overlap = 1;  // no match is believed
+  const Judged outcome = judged(config);
+  CHECK(outcome.status.health.verdict == MapVerdict::bad);
+  CHECK(outcome.status.health.on_odometry >= 4);
+  CHECK(outcome.line.find(std::string("| MAP BAD: ") + text(outcome.status.health.doubt) + ", ") !=
+        std::string::npos);
+  CHECK(outcome.line.find(" steps on odometry |") != std::string::npos);
+  CHECK(outcome.notices.has("mapper: the map is bad: too many steps stand on odometry alone; steps"));
+  CHECK(std::ranges::count(outcome.notices.lines,
+                           "mapper: the map is bad: too many steps stand on odometry alone; steps") == 1);
+}
+
+TEST_CASE("without odometry, where nothing fits, a map falls into parts, and that is told") {
+  PipelineConfig config = without_recording();
+  config.scanner.has_odometry = false;
+  config.mapping.mapper.step_belief.minimum_overlap = 1;
+  const Judged outcome = judged(config);
+  CHECK(outcome.status.health.verdict == MapVerdict::bad);
+  CHECK(outcome.status.health.parts >= 4);
+  CHECK(outcome.line.find("| MAP BAD: it is in parts that no loop joins, ") != std::string::npos);
+  CHECK(outcome.line.find(" parts |") != std::string::npos);
+  CHECK(outcome.notices.has("mapper: a new part of the map begins"));
+  CHECK(outcome.notices.has("mapper: the map is bad until loops join its parts"));
 }
 
 TEST_CASE("scans that wait when mapping is abandoned are answered for as dropped") {

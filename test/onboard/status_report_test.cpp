@@ -56,7 +56,7 @@ std::string text_of(const MemorySink& sink) {
 TEST_CASE("the status line has rate, pose, last loop, queue, drops, memory, bus and recording") {
   CHECK(line_of(full_report()) ==
         "scanning: 0.83 scans/s, 412 of 1000 mapped | at 12.3 -4.5 0.1 m, 90 deg | 5 loops, last 17-402 "
-        "moved 0.34 m | "
+        "moved 0.34 m | map good | "
         "queue 1/4, 2 dropped | pool 12.3 of 33.1 MB | can0 error-active 1240 frames/s, 3 errors | recorded "
         "153.2 MB");
 }
@@ -69,6 +69,17 @@ TEST_CASE("the status line says what is wrong") {
   report.last_loop.verdict = LoopVerdict::refused_overlap;
   CHECK_THAT(line_of(report), Contains("scanning (no heartbeat)") && Contains("MAP FULL") &&
                                   Contains("RECORDING STALLED") && Contains("17-402 refused"));
+  report.health.verdict = MapVerdict::doubtful;
+  report.health.doubt = MapDoubt::drift;
+  CHECK_THAT(line_of(report),
+             Contains(" | map doubtful: its steps can be off by more than a map may | queue"));
+  report.health.verdict = MapVerdict::bad;
+  report.health.doubt = MapDoubt::parts;
+  report.health.parts = 3;
+  report.health.on_odometry = 12;
+  CHECK_THAT(
+      line_of(report),
+      Contains(" | MAP BAD: it is in parts that no loop joins, 3 parts, 12 steps on odometry | queue"));
   report.is_mapping = false;
   report.is_recording = report.is_recording_stalled = false;
   report.bus = {};

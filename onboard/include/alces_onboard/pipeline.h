@@ -156,7 +156,17 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
 
  private:
   static constexpr std::size_t rate_scans = 8;
-  enum class NoticeKind : std::uint8_t { thinned, loops, paths, edges, part, contradiction, doubtful, bad, count };
+  enum class NoticeKind : std::uint8_t {
+    thinned,
+    loops,
+    paths,
+    edges,
+    part,
+    contradiction,
+    doubtful,
+    bad,
+    count
+  };
 
   void tell(const Notice& notice);
   /// Of a capacity that was exceeded, at its first and then ever more seldom.
