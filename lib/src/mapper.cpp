@@ -85,6 +85,7 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     const bool is_sure = step.verdict == StepVerdict::believed || step.verdict == StepVerdict::found ||
                          step.verdict == StepVerdict::against_odometry;
     motion_[0].observe(prediction, step.last_from_next, odometry_from_body, is_sure);
+    if (report.is_predicted) ++counters_.scans_predicted;
   } else {
     motion_[0].start(odometry_from_body);
   }
