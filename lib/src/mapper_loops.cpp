@@ -182,13 +182,14 @@ double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, c
 }
 
 // A loop is worth an edge where the map can be off by more than this. While loops are used up faster than scans,
-// only larger doubts are, so that loops last as long as the scans do.
+// only larger doubts are, the larger the fewer loops are left, so that loops last as long as the scans do.
 double Mapper::known_m() const {
   const double loops_used = static_cast<double>(counters_.loops_closed) / std::max(1U, config_.loop_capacity);
   const double scans_used = static_cast<double>(scan_count()) / config_.scan_capacity;
   constexpr double reserve = 0.05;       // of the loops, that may be used early
   constexpr double m_per_share = 10;     // a tenth too many: a metre
-  return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve);
+  const double left = std::max(1e-6, 1 - loops_used);
+  return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve) / left;
 }
 
 void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
