@@ -58,14 +58,19 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     const IcpConfig config = step_config(prediction, newest.spacing);
     match = icp_.match(model, {&data, 1}, prediction.last_from_next, config, used_prior);
     doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
-    if (doubt != StepDoubt::none && config_.search_steps) {
+    const bool is_doubted = doubt != StepDoubt::none;
+    if (is_doubted && config_.search_steps) {
       was_searched = search_step(model, data, map_from_last, prediction, config, match);
       doubt = judge_step(match, prediction, usual_fit_.fit(), true, config_.step_belief);
-      if (prediction.from_odometry && (doubt != StepDoubt::none || match.balanced_fit < usual_fit_.fit())) {
-        contradicts_odometry =
-            search_against_odometry(model, data, map_from_last, newest.spacing, config, match, doubt);
-        was_searched = was_searched || contradicts_odometry;
-      }
+    }
+    // An odometry that has frozen holds a match where it stands, and what is seen from there fits a little worse.
+    constexpr double a_little = 0.9;
+    const double expected_fit = (is_doubted ? 1.0 : a_little) * usual_fit_.fit();
+    if (config_.search_steps && prediction.from_odometry &&
+        (doubt != StepDoubt::none || match.balanced_fit < expected_fit)) {
+      contradicts_odometry =
+          search_against_odometry(model, data, map_from_last, newest.spacing, config, match, doubt);
+      was_searched = was_searched || contradicts_odometry;
     }
     if (doubt == StepDoubt::none) usual_fit_.learn(match.balanced_fit);
   } else {
