@@ -50,7 +50,12 @@ class Ours {
   static constexpr std::uint32_t capacity = 1U << 18;
 
   Ours()
-      : model_tree_(capacity), data_tree_(capacity), scratch_(capacity), icp_(capacity), samples_(capacity) {}
+      : model_tree_(capacity),
+        data_tree_(capacity),
+        scratch_(capacity),
+        icp_(capacity),
+        model_samples_(capacity),
+        samples_(capacity) {}
 
   /// What the paper does with all points: no normals needed.
   Match all_points(std::span<const Point> model, std::span<const Point> data, const Pose& start,
@@ -58,25 +63,30 @@ class Ours {
     const Stopwatch watch;
     build(model, data);
     for (std::uint32_t i = 0; i < data_tree_->size(); ++i) samples_[i].index = i;
-    return match(data_tree_->size(), start, config, watch);
+    return match(0, data_tree_->size(), start, config, watch);
   }
 
   Match samples(std::span<const Point> model, std::span<const Point> data, const Pose& start,
                 const IcpConfig& config, const SurfaceConfig& surface) {
     const Stopwatch watch;
     build(model, data);
-    return match(sample_surface(*data_tree_, surface, samples_), start, config, watch);
+    const std::uint32_t of_model = sample(*model_tree_, surface, model_samples_);
+    return match(of_model, sample(*data_tree_, surface, samples_), start, config, watch);
   }
 
  private:
+  static std::uint32_t sample(const KdTree& tree, const SurfaceConfig& surface,
+                              std::span<SurfaceSample> samples) {
+    return sample_surface(tree, surface, measure_spacing(tree, surface.neighbors), samples);
+  }
   void build(std::span<const Point> model, std::span<const Point> data) {
     if (!model_tree_->build(model, *scratch_) || !data_tree_->build(data, *scratch_))
       throw std::runtime_error("a scan is larger than the tree's capacity");
   }
-  Match match(std::uint32_t sample_count, const Pose& start, const IcpConfig& config,
+  Match match(std::uint32_t of_model, std::uint32_t of_data, const Pose& start, const IcpConfig& config,
               const Stopwatch& watch) {
-    const IcpScan model[1] = {{&*model_tree_, {}, Pose{}}};
-    const IcpScan data[1] = {{&*data_tree_, std::span(samples_).first(sample_count), Pose{}}};
+    const IcpScan model[1] = {{&*model_tree_, std::span(model_samples_).first(of_model), Pose{}}};
+    const IcpScan data[1] = {{&*data_tree_, std::span(samples_).first(of_data), Pose{}}};
     const IcpResult result = icp_->match(model, data, start, config);
     return {result.model_from_data, watch.ms(), result.iterations};
   }
@@ -84,7 +94,7 @@ class Ours {
   test::InBlock<KdTree> model_tree_, data_tree_;
   test::InBlock<KdTreeScratch> scratch_;
   test::InBlock<Icp> icp_;
-  std::vector<SurfaceSample> samples_;
+  std::vector<SurfaceSample> model_samples_, samples_;
 };
 
 struct Candidate {

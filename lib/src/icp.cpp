@@ -87,7 +87,8 @@ struct Minimizer {
     Vector6d twist = Vector6d::Zero();
     for (int i = 0; i < 6; ++i) {
       const Vector6d direction = unit.cwiseProduct(eigen.vectors.col(i));
-      if (prior != nullptr || eigen.values[i] > static_cast<double>(config.degenerate_ratio) * eigen.values[5]) {
+      if (prior != nullptr ||
+          eigen.values[i] > static_cast<double>(config.degenerate_ratio) * eigen.values[5]) {
         twist += direction.dot(right_side) / eigen.values[i] * direction;
       } else if (step.weak_direction.isZero()) {
         step.weak_direction = direction.normalized();
@@ -105,8 +106,8 @@ struct Minimizer {
  private:
   // Takes the normal equations of the correspondences to those of match and prior together, each as sure as
   // it is: (A + P) x = A x_match + P x_prior with A = C^-1 = H (noise H + F)^-1 H / s^2.
-  void weigh(const Pose& model_from_data, const IcpPrior& prior, double variance_m2, double lever_m, Matrix6d& h,
-             Vector6d& right_side) const {
+  void weigh(const Pose& model_from_data, const IcpPrior& prior, double variance_m2, double lever_m,
+             Matrix6d& h, Vector6d& right_side) const {
     const IcpUncertainty& uncertainty = config.uncertainty;
     Vector6d force = Vector6d::Constant(uncertainty.pull * count);
     force.tail<3>() *= lever_m * lever_m;
@@ -218,7 +219,8 @@ struct Icp::Direction {
 
   Direction(std::span<Sample> own, std::span<const IcpScan> others, bool is_of_model)
       : samples(own), asked(others), of_model(is_of_model) {
-    for (std::size_t k = 0; k < asked.size(); ++k) asked_from_body[k] = FloatTransform(asked[k].side_from_body);
+    for (std::size_t k = 0; k < asked.size(); ++k)
+      asked_from_body[k] = FloatTransform(asked[k].side_from_body);
   }
   void place(const Pose& pose) {
     model_from_data = FloatTransform(pose);
@@ -243,13 +245,15 @@ struct Icp::Direction {
   }
 };
 
-// How many of the surfaces that face along each of three axes fit; the axes are those of the normals' scatter.
+// How many of the surfaces that face along each of three axes fit; the axes are those of the normals'
+// scatter.
 struct Icp::FacingShares {
   Eigen::Matrix3f axes;
   std::uint32_t all[3] = {};
   std::uint32_t fitting[3] = {};
 
-  FacingShares(std::span<const Sample> data, std::span<const Sample> model, const FloatTransform& model_from_data) {
+  FacingShares(std::span<const Sample> data, std::span<const Sample> model,
+               const FloatTransform& model_from_data) {
     Eigen::Matrix3f scatter = Eigen::Matrix3f::Zero();
     const auto add = [&scatter](const Point& n) {
       const Eigen::Vector3f normal(n.x, n.y, n.z);

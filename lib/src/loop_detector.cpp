@@ -45,7 +45,8 @@ Status LoopDetector::check(const LoopDetectorConfig& config) {
   const bool factor_is_good = std::isfinite(config.sigma_factor) && config.sigma_factor >= 0;
   return radii_are_good && factor_is_good && config.minimum_gap_scans > 0 &&
                  std::isfinite(config.minimum_gap_m) && config.minimum_gap_m >= 0
-             ? Status::ok : Status::bad_config;
+             ? Status::ok
+             : Status::bad_config;
 }
 
 void LoopDetector::clear() {

@@ -80,7 +80,8 @@ Matrix6d LoopSharing::covariance(const PoseGraph& graph) const {
   return covariance.s;
 }
 
-double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l, const EdgeVariance& match) const {
+double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
+                                 const EdgeVariance& match) const {
   ChainCovariance both{covariance(graph)};
   both.add(match, Eigen::Vector3d::Zero());
   const Vector6d offset = offset_between(graph.poses()[l_], map_from_l);

@@ -10,12 +10,12 @@ struct Bounds {
   double doubtful;
   double bad;
 };
-constexpr Bounds drift_share{0.01, 0.03};        // expected error over the way driven
-constexpr Bounds odometry_share{0.02, 0.2};      // of the steps
-constexpr Bounds searched_share{0.5, 1.1};       // of more than a few steps; by itself never bad
-constexpr double allowed_drift_m = 0.5;          // on however short a way
+constexpr Bounds drift_share{0.01, 0.03};    // expected error over the way driven
+constexpr Bounds odometry_share{0.02, 0.2};  // of the steps
+constexpr Bounds searched_share{0.5, 1.1};   // of more than a few steps; by itself never bad
+constexpr double allowed_drift_m = 0.5;      // on however short a way
 constexpr std::uint32_t few_steps = 20;
-constexpr std::uint32_t chance = 2;              // revisits, or steps, that mean nothing yet
+constexpr std::uint32_t chance = 2;  // revisits, or steps, that mean nothing yet
 
 }  // namespace
 
@@ -77,7 +77,8 @@ void judge_map(MapHealth& health) {
   }
   if (health.expected_error_m > allowed_drift_m)
     measure(MapDoubt::drift, health.expected_error_m / std::max(1.0, health.length_m), drift_share);
-  if (health.on_odometry > chance) measure(MapDoubt::odometry_alone, health.on_odometry / steps, odometry_share);
+  if (health.on_odometry > chance)
+    measure(MapDoubt::odometry_alone, health.on_odometry / steps, odometry_share);
   if (health.against_odometry > 0) find(MapDoubt::odometry_contradicted, MapVerdict::doubtful);
   if (health.found > few_steps) measure(MapDoubt::searched, health.found / steps, searched_share);
 }

@@ -85,6 +85,7 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     const bool is_sure = step.verdict == StepVerdict::believed || step.verdict == StepVerdict::found ||
                          step.verdict == StepVerdict::against_odometry;
     motion_[0].observe(prediction, step.last_from_next, odometry_from_body, is_sure);
+    if (report.is_predicted) ++counters_.scans_predicted;
   } else {
     motion_[0].start(odometry_from_body);
   }
@@ -103,7 +104,8 @@ void Mapper::look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_
   }
   if (!config_.detector.use_gps) gps_position_m = nullptr;
   const Eigen::Vector3d place_m = graph_.poses()[n].translation_m;
-  (void)detector_.add(place_m, driven_m_, gps_position_m);  // certain: it has room for as many scans as the graph
+  (void)detector_.add(place_m, driven_m_,
+                      gps_position_m);  // certain: it has room for as many scans as the graph
   const std::optional<LoopDetector::Nearby> nearby =
       detector_.nearest(place_m, n, std::sqrt(spreads_[n].translation_m2), gps_position_m);
   const std::optional<LoopTrigger::Loop> candidate = trigger_.observe(n, nearby);
@@ -119,7 +121,9 @@ MapHealth Mapper::health() const {
   health.length_m = driven_m_;
   const auto weakness = [this](std::uint32_t scan) {  // larger is weaker
     const StepRecord& step = steps_[scan];
-    const int kind = step.verdict == StepVerdict::apart ? 2 : step.verdict == StepVerdict::on_odometry ? 1 : 0;
+    const int kind = step.verdict == StepVerdict::apart         ? 2
+                     : step.verdict == StepVerdict::on_odometry ? 1
+                                                                : 0;
     return 1000 * kind + 255 - step.fit_percent;
   };
   double sigma_sum_m = 0;
@@ -138,7 +142,8 @@ MapHealth Mapper::health() const {
     while (place > 0 && weakness(health.weakest[place - 1]) < weakness(scan)) --place;
     if (place == MapHealth::most_weakest) continue;
     health.weakest_count = std::min(health.weakest_count + 1, MapHealth::most_weakest);
-    for (std::uint32_t i = health.weakest_count - 1; i > place; --i) health.weakest[i] = health.weakest[i - 1];
+    for (std::uint32_t i = health.weakest_count - 1; i > place; --i)
+      health.weakest[i] = health.weakest[i - 1];
     health.weakest[place] = scan;
   }
   if (health.scans > 0) health.expected_error_m = sigma_sum_m / health.scans;

@@ -37,8 +37,7 @@ bool is_usable(const VoxelGridConfig& config) {
 
 bool is_usable(const SurfaceConfig& config) {
   return config.sample_capacity > 0 && config.neighbors >= 3 &&
-         config.neighbors <= KdTree::maximum_neighbors &&
-         is_within(config.neighbor_reach, 1, 100);
+         config.neighbors <= KdTree::maximum_neighbors && is_within(config.neighbor_reach, 1, 100);
 }
 
 bool is_usable(const EdgeUncertainty& config) {
@@ -49,13 +48,13 @@ bool is_usable(const EdgeUncertainty& config) {
 
 bool is_usable(const LoopSearchConfig& config) {
   return config.candidates > 0 && config.iterations > 0 && is_within(config.sure_overlap, 0, 1) &&
-         is_within(config.sure_fit_share, 0, 10) &&
-         is_within(config.shift_step_m, 0.01, longest_m) && config.shift_steps <= Icp::maximum_shift_steps &&
-         is_within(config.shift_gain, 0, 1);
+         is_within(config.sure_fit_share, 0, 10) && is_within(config.shift_step_m, 0.01, longest_m) &&
+         config.shift_steps <= Icp::maximum_shift_steps && is_within(config.shift_gain, 0, 1);
 }
 
 bool is_usable(const MotionUncertainty& config) {
-  return is_within(config.odometry_m_per_m, 1e-6, longest_m) && is_within(config.odometry_rad_per_m, 1e-6, 10) &&
+  return is_within(config.odometry_m_per_m, 1e-6, longest_m) &&
+         is_within(config.odometry_rad_per_m, 1e-6, 10) &&
          is_within(config.without_odometry_m, 1e-6, longest_m) &&
          is_within(config.without_odometry_rad, 1e-6, 10) && is_within(config.steps_assumed, 0.1, 1e6) &&
          is_within(config.steps_remembered, 2, 1e6);
@@ -73,9 +72,10 @@ bool is_usable(const StartSearchConfig& config) {
 }
 
 bool is_usable(const BeliefConfig& config) {
-  return is_within(config.known_m, 0, longest_m) && is_within(config.minimum_overlap, 0, 1) && is_within(config.maximum_rms_m, 0, longest_m) &&
-         is_within(config.maximum_mahalanobis2, 0, 1e12) && is_within(config.minimum_wall_fit, 0, 1) &&
-         is_within(config.minimum_fit_share, 0, 10) && is_within(config.small_correction_m, 0, longest_m);
+  return is_within(config.known_m, 0, longest_m) && is_within(config.minimum_overlap, 0, 1) &&
+         is_within(config.maximum_rms_m, 0, longest_m) && is_within(config.maximum_mahalanobis2, 0, 1e12) &&
+         is_within(config.minimum_wall_fit, 0, 1) && is_within(config.minimum_fit_share, 0, 10) &&
+         is_within(config.small_correction_m, 0, longest_m);
 }
 
 }  // namespace
@@ -94,8 +94,8 @@ Status Mapper::check(const MapperConfig& config) {
       is_usable(config.surface) && is_usable(config.scan_match) && is_usable(config.loop_match) &&
       is_usable(config.edge_uncertainty) && is_usable(config.motion) && is_usable(config.step_belief) &&
       is_usable(config.start_search) && is_within(config.pair_reach, 0, 100) &&
-      is_within(config.longest_reach_m, shortest_m, longest_m) && is_usable(config.loop_search) && is_usable(config.belief) &&
-      LoopDetector::check(config.detector) == Status::ok;
+      is_within(config.longest_reach_m, shortest_m, longest_m) && is_usable(config.loop_search) &&
+      is_usable(config.belief) && LoopDetector::check(config.detector) == Status::ok;
   return is_good ? Status::ok : Status::bad_config;
 }
 

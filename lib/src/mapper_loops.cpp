@@ -91,8 +91,9 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
   }
 }
 
-IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data, const IcpPrior& prior,
-                             const IcpConfig& config, const Eigen::Quaterniond& map_from_f) {
+IcpResult Mapper::match_loop(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                             const IcpPrior& prior, const IcpConfig& config,
+                             const Eigen::Quaterniond& map_from_f) {
   const IcpPrior* const used = config_.use_motion_prior ? &prior : nullptr;
   const IcpResult straight = icp_.match(model, data, prior.model_from_data, config, used);
   const bool is_sure = is_found(straight) && straight.overlap >= config_.loop_search.sure_overlap &&
@@ -181,14 +182,16 @@ double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, c
   return both.samples == 0 ? 0.0 : static_cast<double>(both.fitting) / both.samples;
 }
 
-// A loop is worth an edge where the map can be off by more than this. While loops are used up faster than scans,
-// only larger doubts are, so that loops last as long as the scans do.
+// A loop is worth an edge where the map can be off by more than this. While loops are used up faster than
+// scans, only larger doubts are, the larger the fewer loops are left, so that loops last as long as the scans
+// do.
 double Mapper::known_m() const {
   const double loops_used = static_cast<double>(counters_.loops_closed) / std::max(1U, config_.loop_capacity);
   const double scans_used = static_cast<double>(scan_count()) / config_.scan_capacity;
-  constexpr double reserve = 0.05;       // of the loops, that may be used early
-  constexpr double m_per_share = 10;     // a tenth too many: a metre
-  return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve);
+  constexpr double reserve = 0.05;    // of the loops, that may be used early
+  constexpr double m_per_share = 10;  // a tenth too many: a metre
+  const double left = std::max(1e-6, 1 - loops_used);
+  return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve) / left;
 }
 
 void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
@@ -209,7 +212,8 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   std::uint32_t data_count = 0;
   StoredScan scan_l;
   if (!load_metascan(model_begin, model_end, map_from_f, model, model_count) ||
-      !load_metascan(data_begin, l + 1, map_from_l, data, data_count) || store_.load(l, scan_l) != Status::ok) {
+      !load_metascan(data_begin, l + 1, map_from_l, data, data_count) ||
+      store_.load(l, scan_l) != Status::ok) {
     loop.verdict = LoopVerdict::refused_archive;
     return;
   }
@@ -228,10 +232,11 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
     return;
   }
   IcpConfig config = config_.loop_match;
-  config.last_distance_limit_m = std::max(config.last_distance_limit_m, config_.pair_reach * scan_l.spacing.typical_m);
+  config.last_distance_limit_m =
+      std::max(config.last_distance_limit_m, config_.pair_reach * scan_l.spacing.typical_m);
   config.first_distance_limit_m = std::max(config.first_distance_limit_m, config.last_distance_limit_m);
-  const IcpResult match = match_loop(std::span(model).first(model_count), std::span(data).first(data_count), prior,
-                                     config, map_from_f.rotation);
+  const IcpResult match = match_loop(std::span(model).first(model_count), std::span(data).first(data_count),
+                                     prior, config, map_from_f.rotation);
   times.loop_match_ns += now_ns() - begin_ns;
   loop.overlap = match.overlap;
   loop.rms_m = match.rms_m;

@@ -14,7 +14,8 @@ IcpPrior prior_of(const MotionPrior::Prediction& prediction) {
   prior.model_from_data = prediction.last_from_next;
   const Eigen::Matrix3d axes = prediction.last_from_next.rotation.toRotationMatrix();
   prior.covariance.setZero();
-  prior.covariance.topLeftCorner<3, 3>() = axes * prediction.variance.head<3>().asDiagonal() * axes.transpose();
+  prior.covariance.topLeftCorner<3, 3>() =
+      axes * prediction.variance.head<3>().asDiagonal() * axes.transpose();
   prior.covariance.bottomRightCorner<3, 3>() =
       axes * prediction.variance.tail<3>().asDiagonal() * axes.transpose();
   return prior;
@@ -37,7 +38,8 @@ EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior,
   return edge_variance(covariance, match.model_from_data, map_from_model, config_.edge_uncertainty);
 }
 
-Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& prediction, ScanReport& report) {
+Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
+                                ScanReport& report) {
   const Pose map_from_last = graph_.poses()[n - 1];
   const IcpPrior prior = prior_of(prediction);
   // Constant velocity is a guess to start from, and no measurement.
@@ -58,21 +60,28 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     const IcpConfig config = step_config(prediction, newest.spacing);
     match = icp_.match(model, {&data, 1}, prediction.last_from_next, config, used_prior);
     doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
-    if (doubt != StepDoubt::none && config_.search_steps) {
+    const bool is_doubted = doubt != StepDoubt::none;
+    if (is_doubted && config_.search_steps) {
       was_searched = search_step(model, data, map_from_last, prediction, config, match);
       doubt = judge_step(match, prediction, usual_fit_.fit(), true, config_.step_belief);
-      if (prediction.from_odometry && (doubt != StepDoubt::none || match.balanced_fit < usual_fit_.fit())) {
-        contradicts_odometry =
-            search_against_odometry(model, data, map_from_last, newest.spacing, config, match, doubt);
-        was_searched = was_searched || contradicts_odometry;
-      }
+    }
+    // An odometry that has frozen holds a match where it stands, and what is seen from there fits a little
+    // worse.
+    constexpr double a_little = 0.9;
+    const double expected_fit = (is_doubted ? 1.0 : a_little) * usual_fit_.fit();
+    if (config_.search_steps && prediction.from_odometry &&
+        (doubt != StepDoubt::none || match.balanced_fit < expected_fit)) {
+      contradicts_odometry =
+          search_against_odometry(model, data, map_from_last, newest.spacing, config, match, doubt);
+      was_searched = was_searched || contradicts_odometry;
     }
     if (doubt == StepDoubt::none) usual_fit_.learn(match.balanced_fit);
   } else {
     report.archive_failed = true;
     ++counters_.archive_failures;
   }
-  if (!is_valid(map_from_last * match.model_from_data)) doubt = StepDoubt::no_match;  // at the edge of what is a place
+  if (!is_valid(map_from_last * match.model_from_data))
+    doubt = StepDoubt::no_match;  // at the edge of what is a place
 
   Step step;
   const bool is_believed = doubt == StepDoubt::none || (!config_.judge_steps && doubt != StepDoubt::no_match);
@@ -84,8 +93,8 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     step.variance = label(match, contradicts_odometry ? nullptr : used_prior, map_from_last.rotation);
   } else {
     step.verdict = prediction.from_odometry ? StepVerdict::on_odometry : StepVerdict::apart;
-    step.variance = edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, Pose{}, map_from_last.rotation,
-                                  config_.edge_uncertainty);
+    step.variance = edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, Pose{},
+                                  map_from_last.rotation, config_.edge_uncertainty);
   }
   step.fit_share = match.balanced_fit / usual_fit;
   report.match = match.verdict;
@@ -105,9 +114,11 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
 // surface are.
 IcpConfig Mapper::step_config(const MotionPrior::Prediction& prediction, const ScanSpacing& spacing) const {
   IcpConfig config = config_.scan_match;
-  config.last_distance_limit_m = std::max(config.last_distance_limit_m, config_.pair_reach * spacing.typical_m);
+  config.last_distance_limit_m =
+      std::max(config.last_distance_limit_m, config_.pair_reach * spacing.typical_m);
   if (config_.use_motion_prior) {
-    const double off_m = 3 * (prediction.sigma_m() + prediction.sigma_rad() * static_cast<double>(spacing.typical_range_m));
+    const double off_m =
+        3 * (prediction.sigma_m() + prediction.sigma_rad() * static_cast<double>(spacing.typical_range_m));
     config.first_distance_limit_m =
         std::clamp(static_cast<float>(off_m), config.first_distance_limit_m, config_.longest_reach_m);
   }
@@ -117,14 +128,17 @@ IcpConfig Mapper::step_config(const MotionPrior::Prediction& prediction, const S
 
 // Tries other starts than the prediction. True: `match` is a better one.
 bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
-                         const MotionPrior::Prediction& prediction, const IcpConfig& config, IcpResult& match) {
-  const double most_turn_rad =
-      prediction.from_odometry ? std::clamp(4 * prediction.sigma_rad(), 0.3, std::numbers::pi) : std::numbers::pi;
+                         const MotionPrior::Prediction& prediction, const IcpConfig& config,
+                         IcpResult& match) {
+  const double most_turn_rad = prediction.from_odometry
+                                   ? std::clamp(4 * prediction.sigma_rad(), 0.3, std::numbers::pi)
+                                   : std::numbers::pi;
   std::array<Start, StartSearch::most_starts> room;
   room[0].model_from_data = prediction.last_from_next;
   const std::uint32_t found =
       1 + start_search_.find(model, {&data, 1}, prediction.last_from_next, map_from_last.rotation,
-                             static_cast<float>(most_turn_rad), config_.start_search, std::span(room).subspan(1));
+                             static_cast<float>(most_turn_rad), config_.start_search,
+                             std::span(room).subspan(1));
   IcpConfig quick = config;
   quick.maximum_iterations = 15;
   quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * config_.start_search.cell_m);
@@ -136,7 +150,8 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
   bool is_better = false;
   for (const Start& start : std::span(room).first(found)) {
     const IcpResult tried = icp_.match(model, {&data, 1}, start.model_from_data, quick, used);
-    if (tried.verdict == IcpVerdict::too_few_correspondences || tried.balanced_fit < best.balanced_fit + (is_better ? 0 : gain)) continue;
+    const bool is_worse = tried.balanced_fit < best.balanced_fit + (is_better ? 0 : gain);
+    if (tried.verdict == IcpVerdict::too_few_correspondences || is_worse) continue;
     best = tried;
     is_better = true;
   }
@@ -156,11 +171,12 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
   return is_better;
 }
 
-// Wheels spin, and buses freeze: a match that goes on as the vehicle went, fits as well as matches do, and better
-// than the one which the odometry allows, is believed against it. True: so it is, and `match` is that one.
-bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
-                                     const ScanSpacing& spacing, const IcpConfig& config, IcpResult& match,
-                                     StepDoubt& doubt) {
+// Wheels spin, and buses freeze: a match that goes on as the vehicle went, fits as well as matches do, and
+// better than the one which the odometry allows, is believed against it. True: so it is, and `match` is that
+// one.
+bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpScan& data,
+                                     const Pose& map_from_last, const ScanSpacing& spacing,
+                                     const IcpConfig& config, IcpResult& match, StepDoubt& doubt) {
   constexpr double clearly_worse = 0.85;  // than the free match: how the match that odometry allows fits
   const MotionPrior::Prediction free = motion_[0].as_it_went();
   IcpResult free_match = icp_.match(model, {&data, 1}, free.last_from_next, step_config(free, spacing));
@@ -168,7 +184,8 @@ bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpSc
     (void)search_step(model, data, map_from_last, free, config, free_match);
   const bool is_usual = free_match.verdict == IcpVerdict::converged &&
                         free_match.balanced_fit >= config_.step_belief.usual_fit_share * usual_fit_.fit();
-  const bool is_smooth = free.mahalanobis2(free_match.model_from_data) <= config_.step_belief.maximum_mahalanobis2;
+  const bool is_smooth =
+      free.mahalanobis2(free_match.model_from_data) <= config_.step_belief.maximum_mahalanobis2;
   if (!is_usual || !is_smooth || match.balanced_fit > clearly_worse * free_match.balanced_fit) return false;
   match = free_match;
   doubt = StepDoubt::none;

@@ -115,7 +115,8 @@ void MotionPrior::observe(const Prediction& prediction, const Pose& last_from_ne
   if (is_sure) {
     const auto learn = [&](Scatter& scatter, const Prediction& predicted, double size) {
       const Vector6d now = variance(scatter, predicted.from_odometry);
-      const Vector6d squares = deviation(predicted.last_from_next, last_from_next).cwiseAbs2() / (size * size);
+      const Vector6d squares =
+          deviation(predicted.last_from_next, last_from_next).cwiseAbs2() / (size * size);
       constexpr double most = 16;  // one step tells of four standard deviations at most
       const double fade = 1.0 - 1.0 / config_.steps_remembered;
       scatter.sum = fade * scatter.sum + squares.cwiseMin(most * now);

@@ -25,7 +25,8 @@ PairCovariance appendix_a(const IcpSums& sums) {
   return pair;
 }
 
-PairCovariance from_curvature(const IcpResult& result, const IcpUncertainty& uncertainty, const IcpPrior* prior) {
+PairCovariance from_curvature(const IcpResult& result, const IcpUncertainty& uncertainty,
+                              const IcpPrior* prior) {
   PairCovariance pair;
   if (result.verdict == IcpVerdict::too_few_correspondences) return pair;
   const double variance_m2 = std::max(1e-6, result.rms_m * result.rms_m);

@@ -42,8 +42,8 @@ Ground ground_of(std::span<const IcpScan> scans, const Pose& upright_from_side) 
   return ground;
 }
 
-// Where the scanner stands over the same ground again, its height and tilt are those over that ground, whatever
-// the map has drifted to: moves the guess there.
+// Where the scanner stands over the same ground again, its height and tilt are those over that ground,
+// whatever the map has drifted to: moves the guess there.
 Pose stand_on_ground(std::span<const IcpScan> model, std::span<const IcpScan> data, const Pose& guess,
                      const Eigen::Quaterniond& level_from_model) {
   constexpr std::uint32_t enough = 30;  // samples
@@ -67,7 +67,8 @@ Pose stand_on_ground(std::span<const IcpScan> model, std::span<const IcpScan> da
 
 }  // namespace
 
-void StartSearch::fill(std::span<const IcpScan> model, const Eigen::Quaterniond& level_from_model, float cell_m) {
+void StartSearch::fill(std::span<const IcpScan> model, const Eigen::Quaterniond& level_from_model,
+                       float cell_m) {
   std::ranges::fill(cells_, std::uint8_t{0});
   for (const IcpScan& scan : model) {
     Pose level_pose;
@@ -90,9 +91,9 @@ void StartSearch::fill(std::span<const IcpScan> model, const Eigen::Quaterniond&
   }
 }
 
-std::uint32_t StartSearch::find(std::span<const IcpScan> model, std::span<const IcpScan> data, const Pose& predicted,
-                                const Eigen::Quaterniond& level_from_model, float turn_rad,
-                                const StartSearchConfig& config, std::span<Start> starts) {
+std::uint32_t StartSearch::find(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                const Pose& predicted, const Eigen::Quaterniond& level_from_model,
+                                float turn_rad, const StartSearchConfig& config, std::span<Start> starts) {
   const Pose guess = stand_on_ground(model, data, predicted, level_from_model);
   fill(model, level_from_model, config.cell_m);
 
@@ -128,16 +129,19 @@ std::uint32_t StartSearch::find(std::span<const IcpScan> model, std::span<const 
   std::array<std::int32_t, most_points> cell_x;
   std::array<std::int32_t, most_points> cell_y;
   for (std::int32_t turn = 0; turn < turns; ++turn) {
-    const double angle_rad = static_cast<double>(turn - turns / 2) * static_cast<double>(config.turn_step_rad);
+    const double angle_rad =
+        static_cast<double>(turn - turns / 2) * static_cast<double>(config.turn_step_rad);
     const portable::SineCosine angle = portable::sine_cosine(angle_rad);
     const auto sine = static_cast<float>(angle.sine);
     const auto cosine = static_cast<float>(angle.cosine);
     for (std::uint32_t i = 0; i < count; ++i) {
       const Point& p = points_[i];
-      cell_x[i] = static_cast<std::int32_t>(
-          std::floor((cosine * p.x - sine * p.y + static_cast<float>(place_m.x())) / config.cell_m)) + grid_size / 2;
-      cell_y[i] = static_cast<std::int32_t>(
-          std::floor((sine * p.x + cosine * p.y + static_cast<float>(place_m.y())) / config.cell_m)) + grid_size / 2;
+      cell_x[i] = static_cast<std::int32_t>(std::floor(
+                      (cosine * p.x - sine * p.y + static_cast<float>(place_m.x())) / config.cell_m)) +
+                  grid_size / 2;
+      cell_y[i] = static_cast<std::int32_t>(std::floor(
+                      (sine * p.x + cosine * p.y + static_cast<float>(place_m.y())) / config.cell_m)) +
+                  grid_size / 2;
     }
     Candidate best{-1, 0, 0};
     for (std::int32_t dy = -reach; dy <= reach; ++dy) {
@@ -164,12 +168,14 @@ std::uint32_t StartSearch::find(std::span<const IcpScan> model, std::span<const 
     std::int32_t best = -1;
     for (std::int32_t turn = 0; turn < turns; ++turn) {
       if (best_[static_cast<std::size_t>(turn)].score <= 0) continue;
-      if (best < 0 || best_[static_cast<std::size_t>(turn)].score > best_[static_cast<std::size_t>(best)].score)
+      if (best < 0 ||
+          best_[static_cast<std::size_t>(turn)].score > best_[static_cast<std::size_t>(best)].score)
         best = turn;
     }
     if (best < 0) break;
     const Candidate chosen = best_[static_cast<std::size_t>(best)];
-    const double angle_rad = static_cast<double>(best - turns / 2) * static_cast<double>(config.turn_step_rad);
+    const double angle_rad =
+        static_cast<double>(best - turns / 2) * static_cast<double>(config.turn_step_rad);
     Start& start = starts[found++];
     start.share = static_cast<float>(chosen.score) / static_cast<float>(hit * count);
     const Eigen::Quaterniond model_from_level = level_from_model.conjugate();

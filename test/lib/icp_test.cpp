@@ -11,6 +11,7 @@
 #include "alces/horn.h"
 #include "support/in_block.h"
 #include "support/plain_scene.h"
+#include "support/sampled_scan.h"
 
 using namespace alces;
 using namespace alces::test;
@@ -20,28 +21,7 @@ namespace {
 
 constexpr double deg = 3.14159265358979323846 / 180;
 
-/// A scan with its tree and samples.
-class Scan {
- public:
-  explicit Scan(const std::vector<Point>& points, std::uint32_t sample_capacity = 2048)
-      : scratch_(static_cast<std::uint32_t>(points.size())),
-        tree_(static_cast<std::uint32_t>(points.size())),
-        samples_(sample_capacity) {
-    REQUIRE(tree_->build(points, *scratch_));
-    SurfaceConfig config;
-    config.sample_capacity = sample_capacity;
-    samples_.resize(sample_surface(*tree_, config, samples_));
-  }
-  [[nodiscard]] IcpScan at(const Pose& side_from_body = Pose{}) const {
-    return {&*tree_, samples_, side_from_body};
-  }
-  [[nodiscard]] const KdTree& tree() const { return *tree_; }
-
- private:
-  InBlock<KdTreeScratch> scratch_;
-  InBlock<KdTree> tree_;
-  std::vector<SurfaceSample> samples_;
-};
+using Scan = SampledScan;
 
 IcpConfig config_for(IcpMetric metric) {
   IcpConfig config;
@@ -58,7 +38,7 @@ IcpResult match(const Scan& model, const Scan& data, const Pose& initial, const 
   InBlock<Icp> icp(4096U);
   const IcpScan model_scan = model.at();
   const IcpScan data_scan = data.at();
-  return icp->match({&model_scan, 1}, {&data_scan, 1}, initial, config, trace);
+  return icp->match({&model_scan, 1}, {&data_scan, 1}, initial, config, nullptr, trace);
 }
 
 bool is_same(const Pose& a, const Pose& b) {
@@ -99,7 +79,9 @@ TEST_CASE("ICP finds how two scans of a room and of a street lie to each other, 
         CHECK(distance_rad(result.model_from_data, model_from_data) <
               (metric == IcpMetric::surface ? 0.2 : 1.0) * deg);
         CHECK(result.overlap > 0.7);
-        CHECK(result.overlap == Approx(static_cast<double>(result.correspondences) / result.queries));
+        CHECK(result.overlap <= 1);  // of the data's samples alone; the pairs are the model's, too
+        CHECK(result.overlap ==
+              Approx(static_cast<double>(result.correspondences) / result.queries).margin(0.02));
         if (metric == IcpMetric::surface) CHECK(result.rms_m < 0.05);
         CHECK(result.weak_direction.isZero(0));
       }
@@ -357,7 +339,7 @@ TEST_CASE("the searches that a match spares change no bit of what a row of singl
       config.robust_factor = 0;  // its scale is handed on from iteration to iteration
       InBlock<Icp> icp(4096U);
       std::array<IcpIteration, 64> trace;
-      const IcpResult whole = icp->match(model, data, initial, config, trace);
+      const IcpResult whole = icp->match(model, data, initial, config, nullptr, trace);
       CAPTURE(static_cast<int>(metric), whole.iterations);
       REQUIRE(trace[whole.iterations - 1].moved_m < 0.005);  // little enough to spare searches
 
@@ -404,7 +386,8 @@ TEST_CASE("the sums of Appendix A are those of the stacked correspondences") {
   for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
     IcpConfig config = config_for(metric);
     config.coarse_stride = 1;
-    config.maximum_iterations = 1;  // so that the correspondences are those of the initial pose
+    config.maximum_iterations = 1;  // so that the correspondences are those of the initial pose ...
+    config.both_ways = config.same_side = false;  // ... of all data samples
     const IcpResult result = match(model, data, initial, config);
     Matrix6d mtm = Matrix6d::Zero();
     Vector6d mtz = Vector6d::Zero();
@@ -506,4 +489,143 @@ TEST_CASE("what lies across long walls says how far along them the data have sli
     CHECK(icp->likely_shifts(one(model_scan), one(data_scan), Pose{}, along, 0.1,
                              Icp::maximum_shift_steps + 1, IcpConfig{}, shifts_m) == 0);
   }
+}
+
+TEST_CASE("the two faces of a thin wall are no pair: what was seen from the other side holds nothing") {
+  // Model and data look at one wall from its two sides, and over it at a lower one farther off.
+  constexpr double thickness_m = 0.2;
+  const auto scene_with = [](double face_y_m) {
+    Scene scene;
+    scene.rectangle({-6, -6, 0}, {12, 0, 0}, {0, 14, 0});
+    scene.rectangle({-6, -6, 0}, {0, 14, 0}, {0, 0, 2});
+    scene.rectangle({6, -6, 0}, {0, 14, 0}, {0, 0, 2});
+    scene.rectangle({-6, 8, 0}, {12, 0, 0}, {0, 0, 0.8});
+    scene.rectangle({-6, face_y_m, 0}, {12, 0, 0}, {0, 0, 3});
+    return scene;
+  };
+  const Pose from = pose_at(0, -3, 1, 0);
+  const Pose beyond = pose_at(0, 3, 1, 0);
+  const Scan model(scene_with(0).scan(from, 5000, 15, 0.005, 1));
+  const Scan data(scene_with(thickness_m).scan(beyond, 5000, 15, 0.005, 2));
+  const Pose truth = from.inverse() * beyond;
+  for (const bool same_side : {true, false}) {
+    for (const bool both_ways : {true, false}) {
+      IcpConfig config;
+      config.same_side = same_side;
+      config.both_ways = both_ways;
+      const IcpResult result = match(model, data, truth, config);
+      const double off_m = std::abs((result.model_from_data.translation_m - truth.translation_m).y());
+      CAPTURE(same_side, both_ways, off_m, result.behind, result.correspondences, text(result.verdict));
+      CHECK((off_m < 0.01) == same_side);
+      CHECK((result.behind > 200) == same_side);
+      CHECK((result.behind == 0) == !same_side);
+    }
+  }
+}
+
+TEST_CASE("asked both ways, a match and the same with its sides exchanged are each other's inverse") {
+  IcpConfig config;
+  config.translation_epsilon_m = 1e-6F;
+  config.rotation_epsilon_rad = 1e-7F;
+  config.maximum_iterations = 100;
+  double both_m = 0;
+  double one_m = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    // As many samples, but of a scan that is three times as dense.
+    const Scan dense(room().scan(pose_at(0, 0, 1, 0), 6000, 12, 0.01, seed), 1024);
+    const Scan sparse(room().scan(pose_at(0.4, 0.3, 1, 5), 2000, 12, 0.01, 100 + seed), 1024);
+    const Pose start = pose_at(0.35, 0.35, 0, 4);
+    const auto disagreement_m = [&](bool both_ways) {
+      config.both_ways = both_ways;
+      const IcpResult there = match(dense, sparse, start, config);
+      const IcpResult back = match(sparse, dense, start.inverse(), config);
+      return (there.model_from_data * back.model_from_data).translation_m.norm();
+    };
+    both_m += disagreement_m(true) / 6;
+    one_m += disagreement_m(false) / 6;
+  }
+  CAPTURE(both_m, one_m);
+  CHECK(both_m < 0.0005);
+  CHECK(one_m > 3 * both_m);
+}
+
+TEST_CASE(
+    "the overlap is the data's share, whatever more the model has seen, and whatever share of it was seen "
+    "again") {
+  const Scene scene = street();
+  const Scan wide(scene.scan(pose_at(0, 0, 1, 0), 8000, 25, 0.01, 1));
+  const Scan narrow(scene.scan(pose_at(0, 0, 1, 0), 4000, 8, 0.01, 2));
+  const IcpResult inside = match(wide, narrow, Pose{}, {});
+  const IcpResult outside = match(narrow, wide, Pose{}, {});
+  CAPTURE(inside.overlap, outside.overlap);
+  CHECK(inside.overlap > 0.95);
+  CHECK(outside.overlap < 0.5);
+}
+
+TEST_CASE("a prior holds a match along a corridor, where the scans leave it open, and nowhere else") {
+  const Scene scene = corridor();
+  const Scan model(scene.scan(pose_at(0, 0, 1, 0), 4000, 14, 0.01, 1));
+  const Scan data(scene.scan(pose_at(0, 0, 1, 0), 4000, 14, 0.01, 2));  // where along it, nobody can see
+  const IcpScan model_scan = model.at();
+  const IcpScan data_scan = data.at();
+  InBlock<Icp> icp(4096U);
+  IcpConfig config;
+  config.translation_epsilon_m = 1e-5F;
+  config.maximum_iterations = 100;
+  for (const double said_m : {-0.8, 0.0, 0.6}) {
+    IcpPrior prior;
+    prior.model_from_data = pose_at(said_m, 0.3, 0.1, 2);
+    prior.covariance = Vector6d(0.05 * 0.05 * Vector6d::Ones()).asDiagonal();
+    prior.covariance.diagonal()[1] = prior.covariance.diagonal()[2] = 0.3 * 0.3;
+    const IcpResult held =
+        icp->match({&model_scan, 1}, {&data_scan, 1}, pose_at(said_m + 0.3, 0.1, 0, 1), config, &prior);
+    const IcpResult free =
+        icp->match({&model_scan, 1}, {&data_scan, 1}, pose_at(said_m + 0.3, 0.1, 0, 1), config);
+    const Eigen::Vector3d& at_m = held.model_from_data.translation_m;
+    CAPTURE(said_m, at_m.transpose(), text(held.verdict), text(free.verdict));
+    CHECK(held.verdict == IcpVerdict::converged);
+    CHECK(at_m.x() == Approx(said_m).margin(0.02));
+    CHECK(std::abs(at_m.y()) < 0.01);
+    CHECK(std::abs(at_m.z()) < 0.01);
+    CHECK(distance_rad(held.model_from_data, Pose{}) < 0.2 * deg);
+    CHECK(std::abs(free.model_from_data.translation_m.x() - said_m) > 0.1);
+  }
+}
+
+TEST_CASE("a prior does not pull where the scans hold, unless it is surer than they are") {
+  const Scan model(room().scan(pose_at(0, 0, 1, 0), 4000, 12, 0.01, 1));
+  const Scan data(room().scan(pose_at(0.2, 0.1, 1, 3), 4000, 12, 0.01, 2));
+  const Pose truth = pose_at(0, 0, 1, 0).inverse() * pose_at(0.2, 0.1, 1, 3);
+  const IcpScan model_scan = model.at();
+  const IcpScan data_scan = data.at();
+  InBlock<Icp> icp(4096U);
+  IcpPrior prior;
+  prior.model_from_data = pose_at(0.3, -0.2, 0.1, 2) * truth;
+  const auto off_m = [&](double sigma) {
+    prior.covariance = sigma * sigma * Matrix6d::Identity();
+    return distance_m(icp->match({&model_scan, 1}, {&data_scan, 1}, truth, {}, &prior).model_from_data,
+                      truth);
+  };
+  CAPTURE(off_m(0.2), off_m(1), off_m(1e-5));
+  CHECK(off_m(1) < 0.015);
+  CHECK(off_m(0.2) < 0.03);
+  CHECK(off_m(1e-5) == Approx(distance_m(prior.model_from_data, truth)).epsilon(0.02));
+}
+
+TEST_CASE("the ground that fits anywhere does not outvote walls that do not") {
+  Scene walls;
+  walls.rectangle({-40, -40, 0}, {80, 0, 0}, {0, 80, 0});
+  walls.box({6, -3, 0}, {8, 3, 2.5});
+  walls.box({-3, 7, 0}, {3, 9, 2.5});
+  const Scan model(walls.scan(pose_at(0, 0, 1, 0), 8000, 14, 0.005, 1));
+  const Scan data(walls.scan(pose_at(0, 0, 1, 0), 8000, 14, 0.005, 2));
+  IcpConfig config;
+  const IcpResult right = match(model, data, Pose{}, config);
+  config.maximum_iterations = 1;
+  config.first_distance_limit_m = config.last_distance_limit_m = 0.3F;  // so that it stays where it is
+  const IcpResult beside = match(model, data, pose_at(2.5, 2.5, 0, 0), config);
+  CAPTURE(right.fit, right.balanced_fit, beside.fit, beside.balanced_fit);
+  CHECK(right.balanced_fit > 0.8);
+  CHECK(beside.fit > 0.6);
+  CHECK(beside.balanced_fit < 0.6);
 }

@@ -308,7 +308,9 @@ TEST_CASE("rotations of a quarter turn and more are shared out") {
   }
 }
 
-TEST_CASE("the correction's Mahalanobis length is that of the covariance carried along the chain") {
+TEST_CASE(
+    "the correction's Mahalanobis length is that of the covariance carried along the chain and of the "
+    "match") {
   Random random(9);
   for (int round = 0; round < 10; ++round) {
     Bench bench;
@@ -325,8 +327,16 @@ TEST_CASE("the correction's Mahalanobis length is that of the covariance carried
         exp_so3(0.02 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())) * goal.rotation;
     REQUIRE(bench.sharing->prepare(graph, f, l) == Status::ok);
     CAPTURE(round, f, l);
-    CHECK(bench.sharing->mahalanobis2(graph, goal) == Approx(chain.mahalanobis2(goal)).epsilon(1e-5));
-    CHECK(bench.sharing->mahalanobis2(graph, graph.poses()[l]) == Approx(0).margin(1e-12));
+    const Matrix6d covariance = chain.covariance();
+    CHECK((bench.sharing->covariance(graph) - covariance).norm() < 1e-5 * covariance.norm());
+    const EdgeVariance exact{0, 0, 0, 0};
+    const EdgeVariance unsure{4e-2, 1e-2, 1e-3, 3e-4};
+    for (const EdgeVariance& match : {exact, unsure}) {
+      const double squared = bench.sharing->mahalanobis2(graph, goal, match);
+      CHECK(squared == Approx(chain.mahalanobis2(goal, match)).epsilon(1e-5));
+      CHECK(bench.sharing->mahalanobis2(graph, graph.poses()[l], match) == Approx(0).margin(1e-12));
+    }
+    CHECK(bench.sharing->mahalanobis2(graph, goal, unsure) < bench.sharing->mahalanobis2(graph, goal, exact));
   }
 }
 
@@ -351,7 +361,7 @@ TEST_CASE("where a chain's covariance leaves a direction without any, no correct
     }
     REQUIRE(bench.sharing->prepare(graph, 0, 7) == Status::ok);
     const Pose goal = pose_at(0.1, 0.1, 0.1, 1) * graph.poses()[7];
-    const double squared = bench.sharing->mahalanobis2(graph, goal);
+    const double squared = bench.sharing->mahalanobis2(graph, goal, EdgeVariance{0, 0, 0, 0});
     CAPTURE(squared, extreme.variance.x_m2, extreme.variance.rotation_rad2);
     CHECK(squared > 0);
     CHECK(std::isinf(squared) != extreme.is_definite);

@@ -63,10 +63,13 @@ TEST_CASE("the two front ends' settings, and settings at the ends of their range
           c.scan_match.translation_epsilon_m = c.scan_match.rotation_epsilon_rad = 0;
           c.scan_match.robust_factor = c.scan_match.robust_scale_m = 0;
           c.scan_match.rough_weight = c.scan_match.degenerate_ratio = 0;
-          c.loop_search.turn_steps = c.loop_search.shift_steps = 0;
+          c.loop_search.shift_steps = 0;
+          c.start_search.reach_m = c.pair_reach = 0;
+          c.detector.minimum_gap_m = 0;
+          c.step_belief = {0, 0, 0, 0, 0};
           c.loop_search.sure_overlap = c.loop_search.shift_gain = 0;
           c.loop_search.candidates = c.loop_search.iterations = 1;
-          c.belief = {0, 0, 0, 0, 0};
+          c.belief = {0, 0, 0, 0, 0, 0, 0};
           c.edge_uncertainty.unconverged_factor = 1;
           c.trigger.hysteresis_m = 0;
         }) == Status::ok);
@@ -108,7 +111,7 @@ TEST_CASE("settings of the reduction and of the surface that make no sense are r
                 {not_a_number, inf, -inf, -1, 0, 0.5});  // minimum: 0.5
   const auto surface = [](MapperConfig& c) -> SurfaceConfig& { return c.surface; };
   check_refused(surface, &SurfaceConfig::neighbors, {0, 2, KdTree::maximum_neighbors + 1, UINT32_MAX});
-  check_refused(surface, &SurfaceConfig::neighbor_radius_m, {not_a_number, inf, -inf, 0, -1});
+  check_refused(surface, &SurfaceConfig::neighbor_reach, {not_a_number, inf, -inf, 0, -1, 0.99, 101});
 }
 
 TEST_CASE("settings of a match that make no sense are refused, of scans and of loops") {
@@ -146,13 +149,13 @@ TEST_CASE("settings of the detection, of the search and of the belief that make 
   check_refused(detector, &LoopDetectorConfig::radius_cap_m, {not_a_number, inf, -inf, 0, 5.9});
   check_refused(detector, &LoopDetectorConfig::sigma_factor, {not_a_number, inf, -inf, -1});
   check_refused(detector, &LoopDetectorConfig::minimum_gap_scans, {0});
+  check_refused(detector, &LoopDetectorConfig::minimum_gap_m, {not_a_number, inf, -inf, -1});
   const auto trigger = [](MapperConfig& c) -> LoopTriggerConfig& { return c.trigger; };
   check_refused(trigger, &LoopTriggerConfig::hysteresis_m, {not_a_number, inf, -inf, -1});
 
   const auto search = [](MapperConfig& c) -> LoopSearchConfig& { return c.loop_search; };
   check_refused(search, &LoopSearchConfig::sure_overlap, {not_a_number, inf, -inf, -0.1, 1.1});
-  check_refused(search, &LoopSearchConfig::turn_step_rad, {not_a_number, inf, -inf, -0.1});
-  check_refused(search, &LoopSearchConfig::turn_steps, {101, UINT32_MAX});
+  check_refused(search, &LoopSearchConfig::sure_fit_share, {not_a_number, inf, -inf, -0.1, 11});
   check_refused(search, &LoopSearchConfig::iterations, {0});
   check_refused(search, &LoopSearchConfig::shift_step_m, {not_a_number, inf, -inf, 0, -0.1, 0.001});
   check_refused(search, &LoopSearchConfig::shift_steps, {Icp::maximum_shift_steps + 1});
@@ -162,9 +165,42 @@ TEST_CASE("settings of the detection, of the search and of the belief that make 
   const auto belief = [](MapperConfig& c) -> BeliefConfig& { return c.belief; };
   for (double BeliefConfig::*number :
        {&BeliefConfig::minimum_overlap, &BeliefConfig::maximum_rms_m, &BeliefConfig::maximum_mahalanobis2,
-        &BeliefConfig::minimum_wall_fit, &BeliefConfig::small_correction_m}) {
+        &BeliefConfig::minimum_wall_fit, &BeliefConfig::small_correction_m, &BeliefConfig::known_m,
+        &BeliefConfig::minimum_fit_share}) {
     check_refused(belief, number, {not_a_number, inf, -inf, -0.1});
   }
   check_refused(belief, &BeliefConfig::minimum_overlap, {1.1});
   check_refused(belief, &BeliefConfig::minimum_wall_fit, {1.1});
+}
+
+TEST_CASE(
+    "settings of the prediction, of a step's belief and of the search for starts that make no sense are "
+    "refused") {
+  const auto motion = [](MapperConfig& c) -> MotionUncertainty& { return c.motion; };
+  for (double MotionUncertainty::*number :
+       {&MotionUncertainty::odometry_m_per_m, &MotionUncertainty::odometry_rad_per_m,
+        &MotionUncertainty::without_odometry_m, &MotionUncertainty::without_odometry_rad,
+        &MotionUncertainty::steps_assumed}) {
+    check_refused(motion, number, {not_a_number, inf, -inf, 0, -1});
+  }
+  check_refused(motion, &MotionUncertainty::steps_remembered, {not_a_number, inf, -inf, 0, 1});
+
+  const auto step = [](MapperConfig& c) -> StepBelief& { return c.step_belief; };
+  for (double StepBelief::*number : {&StepBelief::minimum_overlap, &StepBelief::usual_fit_share,
+                                     &StepBelief::least_fit_share, &StepBelief::minimum_fit}) {
+    check_refused(step, number, {not_a_number, inf, -inf, -0.1, 1.1});
+  }
+  check_refused(step, &StepBelief::maximum_mahalanobis2, {not_a_number, inf, -inf, -1});
+
+  const auto start = [](MapperConfig& c) -> StartSearchConfig& { return c.start_search; };
+  check_refused(start, &StartSearchConfig::cell_m, {not_a_number, inf, -inf, 0, -1, 0.01});
+  check_refused(start, &StartSearchConfig::reach_m, {not_a_number, inf, -inf, -1, 61});
+  check_refused(start, &StartSearchConfig::turn_step_rad, {not_a_number, inf, -inf, 0, -0.1, 0.01});
+
+  const auto uncertainty = [](MapperConfig& c) -> IcpUncertainty& { return c.scan_match.uncertainty; };
+  check_refused(uncertainty, &IcpUncertainty::noise, {not_a_number, inf, -inf, -1});
+  check_refused(uncertainty, &IcpUncertainty::pull, {not_a_number, inf, -inf, -1});
+  const auto whole = [](MapperConfig& c) -> MapperConfig& { return c; };
+  check_refused(whole, &MapperConfig::pair_reach, {not_a_number, inf, -inf, -1, 101});
+  check_refused(whole, &MapperConfig::longest_reach_m, {not_a_number, inf, -inf, 0, -1});
 }

@@ -186,6 +186,8 @@ TEST_CASE("metascans that find too few partners are no match, and the loop is no
 TEST_CASE("a place that looks the same a storey higher is refused as implausible, and the map stays") {
   MapperConfig config = small_config();
   config.close_loops = false;
+  // A prior, the map's uncertainty, would not let the match go so far in the first place.
+  config.use_motion_prior = false;
   Raise raise;
   MapperBench mapper(config, nullptr, &raise);
   drive_through(*mapper.mapper, round_the_block(), 50);
@@ -205,14 +207,33 @@ TEST_CASE("a place that looks the same a storey higher is refused as implausible
     REQUIRE(mapper->graph().poses()[i].translation_m == before[i].translation_m);
 }
 
-TEST_CASE("a heading that has drifted by 16 degrees is found by trying turned starts, and only so") {
+TEST_CASE(
+    "the map's uncertainty holds a loop's match: it does not run to where a place only looks the same") {
+  MapperConfig config = small_config();
+  config.close_loops = false;
+  Raise raise;
+  MapperBench mapper(config, nullptr, &raise);
+  drive_through(*mapper.mapper, round_the_block(), 50);
+  LoopReport loop;
+  REQUIRE(mapper->offer_loop(1, 49, loop) == Status::ok);
+  REQUIRE(loop.verdict == LoopVerdict::closed);
+  const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
+  REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
+  CAPTURE(text(loop.verdict), loop.correction_m, loop.expected_m);
+  CHECK(loop.verdict != LoopVerdict::closed);
+  CHECK(loop.correction_m < 5 * loop.expected_m);  // the storey is 3 m
+  for (std::size_t i = 0; i < before.size(); ++i)
+    REQUIRE(mapper->graph().poses()[i].translation_m == before[i].translation_m);
+}
+
+TEST_CASE("a heading that has drifted by 40 degrees is found by trying turned starts, and only so") {
   const Scene scene = street();
   const auto way = [](int step) { return pose_at(step, 0.2 * step, 1, 0); };
-  for (const double drift_deg : {16.0, -16.0}) {
-    for (const std::uint32_t turn_steps : {2U, 0U}) {
+  for (const double drift_deg : {40.0, -40.0}) {
+    for (const bool searches : {true, false}) {
       MapperConfig config = small_config();
       config.close_loops = false;
-      config.loop_search.turn_steps = turn_steps;
+      config.search_steps = searches;
       config.belief.small_correction_m = 0;
       config.belief.minimum_wall_fit = 0.2;
       MapperBench mapper(config);
@@ -224,10 +245,10 @@ TEST_CASE("a heading that has drifted by 16 degrees is found by trying turned st
         see(*mapper.mapper, scene, way(step), drifted_from_way * way(step));
       LoopReport loop;
       REQUIRE(mapper->offer_loop(2, 13, loop) == Status::ok);
-      CAPTURE(drift_deg, turn_steps, text(loop.verdict), loop.overlap, loop.wall_fit, loop.mahalanobis2);
-      CHECK(loop.verdict == (turn_steps > 0 ? LoopVerdict::closed : LoopVerdict::refused_walls));
-      if (turn_steps == 0) continue;
-      CHECK(loop.correction_rad == Approx(16 * std::numbers::pi / 180).margin(0.01));
+      CAPTURE(drift_deg, searches, text(loop.verdict), loop.overlap, loop.wall_fit, loop.mahalanobis2);
+      CHECK(loop.verdict == (searches ? LoopVerdict::closed : LoopVerdict::refused_walls));
+      if (!searches) continue;
+      CHECK(loop.correction_rad == Approx(std::abs(drift_deg) * std::numbers::pi / 180).margin(0.01));
       CHECK(distance_m(mapper->graph().poses()[2], mapper->graph().poses()[13]) < 0.03);
     }
   }
@@ -281,7 +302,7 @@ TEST_CASE("between long walls a loop's match does not stay where it slid to") {
         config.close_loops = false;
         config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
         config.belief.maximum_mahalanobis2 = 1e12;
-        config.loop_search.turn_steps = 0;  // their last match would be as scan_match says
+        config.search_steps = false;  // other starts would find it, too
         config.loop_search.shift_steps = steps;
         MapperBench mapper(config);
         for (std::uint32_t i = 0; i < 10; ++i) {  // there, and once more the same way, after a drift
@@ -349,6 +370,8 @@ TEST_CASE("while the vehicle follows its old track, loops are closed again and a
   for (const std::uint32_t interval : {3U, 0U}) {
     MapperConfig config = small_config();
     config.detector.minimum_gap_scans = 10;
+    config.detector.minimum_gap_m = 0;
+    config.belief.known_m = 0;  // also those that tell little
     config.trigger.repeat_after_scans = interval;
     MapperBench mapper(config);
     for (int i = 0; i <= 48; ++i) {  // 24 m up the street, and the same way back
@@ -399,6 +422,7 @@ TEST_CASE("GPS positions offer a loop that the drifted poses alone would not") {
   };
   const auto config_with = [](bool use_gps, double radius_m) {
     MapperConfig config = small_config();
+    config.scans_around_first = config.scans_before_last = 0;  // none of the covered ones is looked at
     config.detector = {
         .radius_m = radius_m, .radius_cap_m = radius_m, .minimum_gap_scans = 6, .use_gps = use_gps};
     config.trigger = {.hysteresis_m = 100, .patience_scans = 0};  // at the end only

@@ -104,23 +104,77 @@ TEST_CASE("a covariance is unknown with too few points or with all of them on a 
   CHECK_FALSE(appendix_a(sums_of(on_a_line)).is_known);
 }
 
-TEST_CASE("from the curvature, the covariance is its inverse") {
+TEST_CASE("from the curvature, the covariance of independent errors is its inverse") {
   const Matrix6d covariance = random_covariance(5);
   IcpResult result;
   result.verdict = IcpVerdict::converged;
   result.information = covariance.inverse();
   result.rms_m = 0.03;
-  const PairCovariance pair = from_curvature(result);
+  const IcpUncertainty independent{.noise = 1, .pull = 0};
+  const PairCovariance pair = from_curvature(result, independent);
   REQUIRE(pair.is_known);
   CHECK((pair.covariance - covariance).norm() < 1e-8 * covariance.norm());
   CHECK(pair.variance_m2 == Approx(0.0009));
 
   result.verdict = IcpVerdict::too_few_correspondences;
-  CHECK_FALSE(from_curvature(result).is_known);
+  CHECK_FALSE(from_curvature(result, independent).is_known);
   result.verdict = IcpVerdict::converged;
   result.information.row(2).setZero();
   result.information.col(2).setZero();
-  CHECK_FALSE(from_curvature(result).is_known);
+  CHECK_FALSE(from_curvature(result, independent).is_known);
+}
+
+TEST_CASE("errors that pairs have in common widen a covariance, the more the fewer pairs hold a direction") {
+  IcpResult result;
+  result.verdict = IcpVerdict::converged;
+  result.rms_m = 0.02;
+  result.lever_m = 5;
+  result.correspondences = 1000;
+  Vector6d held;
+  held << 800, 150, 10, 20000, 20000, 20000;  // of squares: m, m, m, rad, rad, rad
+  const double variance_m2 = result.rms_m * result.rms_m;
+  result.information = (held / variance_m2).asDiagonal();
+  const PairCovariance alone = from_curvature(result, {.noise = 2, .pull = 0});
+  const PairCovariance pulled = from_curvature(result, {.noise = 2, .pull = 0.1});
+  REQUIRE(alone.is_known);
+  REQUIRE(pulled.is_known);
+  for (int i = 0; i < 6; ++i) {
+    // C = s^2 H^-1 (noise H + pull n diag(1, 1, 1, L^2, L^2, L^2)) H^-1
+    const double force = 0.1 * 1000 * (i < 3 ? 1 : 25);
+    CHECK(alone.covariance(i, i) == Approx(2 * variance_m2 / held[i]));
+    CHECK(pulled.covariance(i, i) == Approx(variance_m2 * (2 * held[i] + force) / (held[i] * held[i])));
+  }
+}
+
+TEST_CASE(
+    "a prior counts in a covariance beside the match, and alone where the match leaves a direction open") {
+  IcpResult result;
+  result.verdict = IcpVerdict::degenerate;
+  result.rms_m = 0.02;
+  result.correspondences = 1000;
+  Vector6d held;
+  held << 0, 300, 600, 20000, 20000, 20000;
+  result.information = (held / (result.rms_m * result.rms_m)).asDiagonal();
+  CHECK_FALSE(from_curvature(result, {}).is_known);
+  IcpPrior prior;
+  prior.covariance.diagonal() << 0.04, 0.04, 0.04, 0.01, 0.01, 0.01;
+  const PairCovariance with = from_curvature(result, {}, &prior);
+  REQUIRE(with.is_known);
+  CHECK(with.covariance(0, 0) == Approx(0.04).epsilon(1e-3));
+  CHECK(with.covariance(1, 1) < 0.01);
+
+  SECTION("at the place of the data: a turn about the model's origin moves it by its lever") {
+    result.model_from_data = pose_at(3, 4, 0, 0);
+    result.information.setZero();
+    const PairCovariance far = from_curvature(result, {}, &prior);
+    REQUIRE(far.is_known);
+    const EdgeUncertainty exact{1, 1e-9, 1e-9};
+    const EdgeVariance edge =
+        edge_variance(far, result.model_from_data, Eigen::Quaterniond::Identity(), exact);
+    CHECK(edge.x_m2 == Approx(0.04).epsilon(1e-6));
+    CHECK(edge.y_m2 == Approx(0.04).epsilon(1e-6));
+    CHECK(edge.rotation_rad2 == Approx(0.03).epsilon(1e-6));
+  }
 }
 
 TEST_CASE("an edge's variances are those of the data's place, along the axes of the map") {

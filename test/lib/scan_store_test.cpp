@@ -93,7 +93,7 @@ TEST_CASE("a stored normal keeps its direction, and a sample its point and rough
   StoredScan stored;
   REQUIRE(store->load(0, stored) == Status::ok);
   std::vector<SurfaceSample> exact(config.surface.sample_capacity);
-  exact.resize(sample_surface(*stored.tree, config.surface, exact));
+  exact.resize(sample_surface(*stored.tree, config.surface, stored.spacing, exact));
   REQUIRE(exact.size() == stored.samples.size());
   std::size_t wrong = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) {

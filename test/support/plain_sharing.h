@@ -101,13 +101,20 @@ struct PlainChain {
     return result;
   }
 
-  /// Squared Mahalanobis length of moving the end to `goal`.
-  [[nodiscard]] double mahalanobis2(const Pose& goal) const {
+  /// Of the end against the beginning: (translation, rotation vector).
+  [[nodiscard]] Matrix6d covariance() const {
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(variances.size()));
     const Eigen::MatrixXd j = jacobian(zero);
-    const Matrix6d covariance = j * variance().asDiagonal() * j.transpose();
+    return j * variance().asDiagonal() * j.transpose();
+  }
+
+  /// Squared Mahalanobis length of moving the end to `goal`, where a match says that it lies.
+  [[nodiscard]] double mahalanobis2(const Pose& goal, const EdgeVariance& match) const {
+    Matrix6d both = covariance();
+    const double r = match.rotation_rad2 / 3;
+    both.diagonal() += (Vector6d() << match.x_m2, match.y_m2, match.z_m2, r, r, r).finished();
     const Vector6d e = offset(places.back(), goal);
-    return e.dot(covariance.ldlt().solve(e));
+    return e.dot(both.ldlt().solve(e));
   }
 
   /// The most likely parts that bring the end to `goal`: Gauss-Newton on the constrained weighted least

@@ -50,16 +50,18 @@ class Registration {
         target_tree_(static_cast<std::uint32_t>(target_.size())),
         source_tree_(static_cast<std::uint32_t>(source_.size())),
         icp_(settings.surface.sample_capacity),
+        target_samples_(settings.surface.sample_capacity),
         samples_(settings.surface.sample_capacity) {
     InBlock<KdTreeScratch> target_scratch(static_cast<std::uint32_t>(target_.size()));
     InBlock<KdTreeScratch> source_scratch(static_cast<std::uint32_t>(source_.size()));
     if (!target_tree_->build(target_, *target_scratch) || !source_tree_->build(source_, *source_scratch))
       std::abort();  // sized for these points
-    samples_.resize(sample_surface(*source_tree_, settings.surface, samples_));
+    sample(*target_tree_, target_samples_);
+    sample(*source_tree_, samples_);
   }
 
   [[nodiscard]] IcpResult match(const Pose& start) {
-    const IcpScan model[1] = {{&*target_tree_, {}, Pose{}}};
+    const IcpScan model[1] = {{&*target_tree_, target_samples_, Pose{}}};
     const IcpScan data[1] = {{&*source_tree_, samples_, Pose{}}};
     IcpResult result;
     result.model_from_data = start;
@@ -76,6 +78,10 @@ class Registration {
   [[nodiscard]] std::span<const Point> source() const { return source_; }
 
  private:
+  void sample(const KdTree& tree, std::vector<SurfaceSample>& samples) const {
+    const ScanSpacing spacing = measure_spacing(tree, settings_.surface.neighbors);
+    samples.resize(sample_surface(tree, settings_.surface, spacing, samples));
+  }
   [[nodiscard]] std::vector<Point> reduced(std::span<const Point> points) const {
     VoxelGridConfig config;
     config.cell_size_m = settings_.cell_size_m;
@@ -92,7 +98,7 @@ class Registration {
   std::vector<Point> target_, source_;
   InBlock<KdTree> target_tree_, source_tree_;
   InBlock<Icp> icp_;
-  std::vector<SurfaceSample> samples_;
+  std::vector<SurfaceSample> target_samples_, samples_;
 };
 
 /// In any direction up to `most_m`, about any axis up to `most_deg`.

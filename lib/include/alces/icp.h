@@ -57,7 +57,7 @@ struct IcpConfig {
   float rough_weight = 0.05F;    ///< surface metric: weight of the distance where there is no plane
   float fit_distance_m = 0.1F;   ///< of IcpResult::fit: along the normal where there is a plane, else whole
   float degenerate_ratio =
-      1e-3F;  ///< smallest over largest curvature below this: a direction is undetermined
+      1e-3F;                     ///< smallest over largest curvature below this: a direction is undetermined
   IcpUncertainty uncertainty{};  ///< what a prior is weighed against
   /// A sample is paired only with what was seen from the same side: the two faces of a wall are no pair.
   bool same_side = true;
@@ -107,7 +107,7 @@ struct IcpResult {
   std::uint32_t queries = 0;          ///< samples that asked for one
   std::uint32_t behind = 0;           ///< of those, found what was seen from the other side
   double overlap = 0;                 ///< share of the data's samples that have one
-  double fit = 0;    ///< share of all samples that lie on the model, to within fit_distance_m
+  double fit = 0;  ///< share of all samples that lie on the model, to within fit_distance_m
   /// The same for the surfaces that face along each of three axes, and of these shares the mean: the ground
   /// fits wherever a vehicle may be, so that it must not outvote the walls.
   double balanced_fit = 0;

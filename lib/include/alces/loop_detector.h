@@ -30,7 +30,7 @@ struct LoopDetectorConfig {
   /// And the way driven in between is at least this long, so that scans of one pass are no revisit however
   /// densely they follow each other: twice the reach, which a straight way of this length has left.
   double minimum_gap_m = 30;
-  bool use_gps = false;                  ///< room for GPS positions
+  bool use_gps = false;  ///< room for GPS positions
 };
 
 class LoopDetector {
@@ -55,8 +55,9 @@ class LoopDetector {
   /// Forgets all scans. O(capacity).
   void clear();
 
-  /// Appends the position of the next scan, the way driven to it since the first (not less than before) and, if
-  /// it has one, its GPS position, in any metric frame of its own. bad_pose (not finite), no_scan_capacity, bad_config (a GPS position without use_gps). O(1).
+  /// Appends the position of the next scan, the way driven to it since the first (not less than before) and,
+  /// if it has one, its GPS position, in any metric frame of its own. bad_pose (not finite),
+  /// no_scan_capacity, bad_config (a GPS position without use_gps). O(1).
   [[nodiscard]] Status add(const Eigen::Vector3d& position_m, double driven_m,
                            const Eigen::Vector3d* gps_position_m = nullptr);
 
@@ -64,11 +65,12 @@ class LoopDetector {
   /// with the scans that have them. bad_pose and no_scan_capacity leave everything as it was. O(capacity).
   [[nodiscard]] Status rebuild(std::span<const Pose> map_from_body);
 
-  /// The scan nearest to `position_m` of those that are far enough before `newest_scan` in scans and in metres
-  /// driven, if one is within reach; of equally near ones the first. sigma_m: standard deviation of the position relative to the
-  /// earlier scans, where it is known. Against scans that have a GPS position the distance between the GPS
-  /// positions counts, if there is one here. Looks at the scans in at most 27 cells (8 when the reach is half
-  /// the cap): O(1) on a drive that goes somewhere, O(scans) for a vehicle that never leaves the place.
+  /// The scan nearest to `position_m` of those that are far enough before `newest_scan` in scans and in
+  /// metres driven, if one is within reach; of equally near ones the first. sigma_m: standard deviation of
+  /// the position relative to the earlier scans, where it is known. Against scans that have a GPS position
+  /// the distance between the GPS positions counts, if there is one here. Looks at the scans in at most 27
+  /// cells (8 when the reach is half the cap): O(1) on a drive that goes somewhere, O(scans) for a vehicle
+  /// that never leaves the place.
   [[nodiscard]] std::optional<Nearby> nearest(const Eigen::Vector3d& position_m, std::uint32_t newest_scan,
                                               double sigma_m = 0,
                                               const Eigen::Vector3d* gps_position_m = nullptr) const;

@@ -46,8 +46,9 @@ class LoopSharing {
   [[nodiscard]] Matrix6d covariance(const PoseGraph& graph) const;
 
   /// How well the uncertainty accumulated along the shortest way from f to l, and that of the match itself,
-  /// explain that l really lies at `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees of
-  /// freedom; infinite where the way's edges leave a direction without any. After prepare(). As covariance().
+  /// explain that l really lies at `map_from_l`: the squared Mahalanobis length of the correction, 6 degrees
+  /// of freedom; infinite where the way's edges leave a direction without any. After prepare(). As
+  /// covariance().
   [[nodiscard]] double mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
                                     const EdgeVariance& match) const;
 

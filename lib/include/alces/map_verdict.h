@@ -16,12 +16,12 @@ enum class MapVerdict : std::uint8_t { good, doubtful, bad };
 /// What speaks most against a map.
 enum class MapDoubt : std::uint8_t {
   none,
-  parts,               ///< the map is in parts that no loop has joined
-  unmatched_revisits,  ///< where the vehicle should be at an earlier place the scans do not fit
-  drift,               ///< the steps can be off by more than a map may
-  odometry_alone,      ///< too much of the way stands on odometry
+  parts,                  ///< the map is in parts that no loop has joined
+  unmatched_revisits,     ///< where the vehicle should be at an earlier place the scans do not fit
+  drift,                  ///< the steps can be off by more than a map may
+  odometry_alone,         ///< too much of the way stands on odometry
   odometry_contradicted,  ///< steps were believed against the odometry, and no loop has confirmed them
-  searched,            ///< too many steps had to be searched for
+  searched,               ///< too many steps had to be searched for
 };
 [[nodiscard]] const char* text(MapDoubt doubt);
 

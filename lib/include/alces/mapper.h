@@ -42,7 +42,7 @@ struct BeliefConfig {
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
   /// samples that face along the two weaker directions of the match this share has to lie on the model.
   double minimum_wall_fit = 0.15;
-  double minimum_fit_share = 0.7;  ///< of the fit that is usual on this drive, if l moves by more than that:
+  double minimum_fit_share = 0.7;   ///< of the fit that is usual on this drive, if l moves by more than that:
   double small_correction_m = 0.5;  ///< of what l sees 15 m away: up to here no walls are asked for
 };
 
@@ -166,10 +166,10 @@ struct ScanReport {
   double fit = 0;
   double rms_m = 0;
   StepVerdict step = StepVerdict::first;
-  StepDoubt doubt = StepDoubt::none;   ///< of the last match that was tried
-  double motion_mahalanobis2 = 0;      ///< of that match, against the prediction
-  bool is_predicted = false;    ///< the match is not believed: the pose is the prediction's
-  bool archive_failed = false;  ///< a scan to match with could not be brought back
+  StepDoubt doubt = StepDoubt::none;  ///< of the last match that was tried
+  double motion_mahalanobis2 = 0;     ///< of that match, against the prediction
+  bool is_predicted = false;          ///< the match is not believed: the pose is the prediction's
+  bool archive_failed = false;        ///< a scan to match with could not be brought back
   bool loop_offered = false;
   LoopReport loop;
   StageTimes times;
@@ -252,7 +252,7 @@ class Mapper {
     std::uint32_t gps_not_finite = 0;    ///< positions that were left out
     std::uint32_t loops_offered = 0;
     std::uint32_t loops_closed = 0;
-    std::uint32_t loops_known = 0;       ///< would have told nothing that the map does not know: not matched
+    std::uint32_t loops_known = 0;        ///< would have told nothing that the map does not know: not matched
     std::uint32_t loops_not_listed = 0;   ///< beyond the capacity of loops()
     std::uint32_t loops_not_relaxed = 0;  ///< the LoopRelaxation could not, LOA did
   };
@@ -283,12 +283,13 @@ class Mapper {
     StepVerdict verdict = StepVerdict::first;
     std::uint8_t fit_percent = 100;  // of what is usual, at most 255
   };
-  [[nodiscard]] Step match_step(std::uint32_t n, const MotionPrior::Prediction& prediction, ScanReport& report);
+  [[nodiscard]] Step match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
+                                ScanReport& report);
   [[nodiscard]] IcpConfig step_config(const MotionPrior::Prediction& prediction,
                                       const ScanSpacing& spacing) const;
-  [[nodiscard]] bool search_step(std::span<const IcpScan> model, const IcpScan& data, const Pose& map_from_last,
-                                 const MotionPrior::Prediction& prediction, const IcpConfig& config,
-                                 IcpResult& match);
+  [[nodiscard]] bool search_step(std::span<const IcpScan> model, const IcpScan& data,
+                                 const Pose& map_from_last, const MotionPrior::Prediction& prediction,
+                                 const IcpConfig& config, IcpResult& match);
   [[nodiscard]] bool search_against_odometry(std::span<const IcpScan> model, const IcpScan& data,
                                              const Pose& map_from_last, const ScanSpacing& spacing,
                                              const IcpConfig& config, IcpResult& match, StepDoubt& doubt);
@@ -303,7 +304,8 @@ class Mapper {
                                          const IcpPrior& prior, const IcpConfig& config,
                                          const Eigen::Quaterniond& map_from_f, const IcpResult& straight);
   [[nodiscard]] IcpResult match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                                        const IcpConfig& config, const IcpPrior* prior, const IcpResult& match);
+                                        const IcpConfig& config, const IcpPrior* prior,
+                                        const IcpResult& match);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.

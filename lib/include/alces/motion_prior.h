@@ -2,8 +2,8 @@
 // step (constant velocity).
 //
 // What a source is worth is learned from the steps that were matched and believed: a constant heading offset
-// between the odometry's body and the scanner, its scale, a constant offset in time, and how far off predictions are in
-// each direction. An odometry of a plane that never climbs is found out like this, too.
+// between the odometry's body and the scanner, its scale, a constant offset in time, and how far off
+// predictions are in each direction. An odometry of a plane that never climbs is found out like this, too.
 //
 // Cost: O(1) a step. Memory: some 400 bytes, no arena.
 #pragma once

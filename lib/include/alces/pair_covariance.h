@@ -23,13 +23,14 @@ struct PairCovariance {
 [[nodiscard]] PairCovariance appendix_a(const IcpSums& sums);
 
 /// C from the curvature that a match has minimised on: right where surfaces could slide, and with what
-/// correspondences have in common (IcpUncertainty). `prior`, unless null: what the match was held by counts, too.
+/// correspondences have in common (IcpUncertainty). `prior`, unless null: what the match was held by counts,
+/// too.
 [[nodiscard]] PairCovariance from_curvature(const IcpResult& result, const IcpUncertainty& uncertainty = {},
                                             const IcpPrior* prior = nullptr);
 
 /// What an edge's label has beside the covariance of its match.
 struct EdgeUncertainty {
-  double inflation = 15;                 ///< factor on the covariance: real drives err more than simulated ones
+  double inflation = 15;  ///< factor on the covariance: real drives err more than simulated ones
   double minimum_translation_m = 0.003;  ///< standard deviation added on each axis
   double minimum_rotation_rad = 0.0003;  ///< standard deviation added about each axis
   /// Factor on the covariance of a match that used up its iterations: it was still moving, and by how much it

@@ -1,5 +1,5 @@
-// Where a scan may lie on a model, looked for over the whole circle and some metres around: starts for a match
-// that does not come together from where the prediction says.
+// Where a scan may lie on a model, looked for over the whole circle and some metres around: starts for a
+// match that does not come together from where the prediction says.
 //
 // Seen from above, walls and trees of the model fill the cells of a grid. The data's are laid over it, turned
 // and shifted, and the cells they hit are counted (correlative scan matching; Olson, 2009).
@@ -46,8 +46,8 @@ class StartSearch {
   /// many. Their height and tilt are those over the ground that the model shows,
   /// or the guess's where there is none.
   [[nodiscard]] std::uint32_t find(std::span<const IcpScan> model, std::span<const IcpScan> data,
-                                   const Pose& guess, const Eigen::Quaterniond& level_from_model, float turn_rad,
-                                   const StartSearchConfig& config, std::span<Start> starts);
+                                   const Pose& guess, const Eigen::Quaterniond& level_from_model,
+                                   float turn_rad, const StartSearchConfig& config, std::span<Start> starts);
 
  private:
   static constexpr std::int32_t grid_size = 128;

@@ -1,9 +1,9 @@
 // Whether the match of a scan to those before it is believed.
 //
 // A match can come together where it should not: a facade slides along itself, a crowd follows the vehicle,
-// ten scans' worth of road are missing. So it is asked what the paper's front end takes for granted: do enough
-// samples of both sides find each other, do they lie on each other, did the match come to rest, and does it
-// agree with the motion that was predicted, as far as either can be off.
+// ten scans' worth of road are missing. So it is asked what the paper's front end takes for granted: do
+// enough samples of both sides find each other, do they lie on each other, did the match come to rest, and
+// does it agree with the motion that was predicted, as far as either can be off.
 #pragma once
 
 #include <algorithm>
@@ -15,20 +15,20 @@
 namespace alces {
 
 enum class StepVerdict : std::uint8_t {
-  first,        ///< scan 0: nothing to be matched to
-  believed,     ///< matched from the prediction
-  found,        ///< matched from a start that had to be searched for
+  first,             ///< scan 0: nothing to be matched to
+  believed,          ///< matched from the prediction
+  found,             ///< matched from a start that had to be searched for
   against_odometry,  ///< found, and believed though the odometry says otherwise
-  on_odometry,  ///< the match is not believed: the scan lies where the odometry says
-  apart,        ///< nor is there an odometry: a new part of the map begins here
-  rejoined,     ///< as apart, but a loop ties the two parts since
+  on_odometry,       ///< the match is not believed: the scan lies where the odometry says
+  apart,             ///< nor is there an odometry: a new part of the map begins here
+  rejoined,          ///< as apart, but a loop ties the two parts since
 };
 [[nodiscard]] const char* text(StepVerdict verdict);
 
 struct StepBelief {
   double minimum_overlap = 0.4;  ///< share of the samples that find a partner
-  /// Share of the samples that lie on the other side's surfaces, as a share of what is usual on this drive: what
-  /// a scanner sees of a place again depends on the scanner and on the place.
+  /// Share of the samples that lie on the other side's surfaces, as a share of what is usual on this drive:
+  /// what a scanner sees of a place again depends on the scanner and on the place.
   double usual_fit_share = 0.8;
   double least_fit_share = 0.5;  ///< after a search has found nothing better
   double held_fit_share = 0.3;   ///< the same where the odometry agrees with the match
@@ -55,11 +55,11 @@ class UsualFit {
 
 enum class StepDoubt : std::uint8_t {
   none,
-  no_match,      ///< too few correspondences
-  overlap,       ///< too few samples find a partner
-  fit,           ///< they find partners, but do not lie on them
-  restless,      ///< the match used up its iterations and still moved
-  motion,        ///< the motion is not one that odometry and match together explain
+  no_match,  ///< too few correspondences
+  overlap,   ///< too few samples find a partner
+  fit,       ///< they find partners, but do not lie on them
+  restless,  ///< the match used up its iterations and still moved
+  motion,    ///< the motion is not one that odometry and match together explain
 };
 [[nodiscard]] const char* text(StepDoubt doubt);
 

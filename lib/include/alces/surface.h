@@ -25,9 +25,9 @@ struct SurfaceConfig {
 /// A scanner turns by fixed angles, so that its points lie farther apart in proportion to their range. Near
 /// the scanner the cells that a scan was thinned out to keep them apart.
 struct ScanSpacing {
-  float per_range = 0;   ///< typical distance to the last of SurfaceConfig::neighbors, a metre of range
-  float smallest_m = 0;  ///< the same where points are densest (the nearest tenth of such distances)
-  float typical_m = 0;   ///< their median
+  float per_range = 0;        ///< typical distance to the last of SurfaceConfig::neighbors, a metre of range
+  float smallest_m = 0;       ///< the same where points are densest (the nearest tenth of such distances)
+  float typical_m = 0;        ///< their median
   float typical_range_m = 0;  ///< median range of the points
 
   /// That distance at a range.
