@@ -45,6 +45,8 @@ const char* text(MapDoubt doubt) {
       return "too many steps stand on odometry alone";
     case MapDoubt::odometry_contradicted:
       return "steps were believed against the odometry, and no loop has confirmed them";
+    case MapDoubt::weak_steps:
+      return "scans whose surfaces fit badly are held by odometry as much as by their match";
     case MapDoubt::searched:
       return "too many steps had to be searched for";
   }
@@ -80,6 +82,7 @@ void judge_map(MapHealth& health) {
   if (health.on_odometry > chance)
     measure(MapDoubt::odometry_alone, health.on_odometry / steps, odometry_share);
   if (health.against_odometry > 0) find(MapDoubt::odometry_contradicted, MapVerdict::doubtful);
+  if (health.weak > 0) find(MapDoubt::weak_steps, MapVerdict::doubtful);
   if (health.found > few_steps) measure(MapDoubt::searched, health.found / steps, searched_share);
 }
 

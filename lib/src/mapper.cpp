@@ -133,6 +133,8 @@ MapHealth Mapper::health() const {
     if (verdict == StepVerdict::found) ++health.found;
     if (verdict == StepVerdict::against_odometry) ++health.against_odometry;
     if (verdict == StepVerdict::on_odometry) ++health.on_odometry;
+    const bool is_matched = verdict == StepVerdict::believed || verdict == StepVerdict::found;
+    if (is_matched && steps_[scan].fit_percent < 50) ++health.weak;
     if (verdict == StepVerdict::apart) ++health.parts;
     const bool is_weak = verdict == StepVerdict::apart || verdict == StepVerdict::on_odometry ||
                          (scan > 0 && steps_[scan].fit_percent < 70);

@@ -24,6 +24,7 @@ class JsonWriter {
     }
   }
   void flag(const char* key, const bool& value, const char*) { json[table_][key] = value; }
+  static void retired(const char*) {}
   template <typename Enum>
   void choice(const char* key, const Enum& value, const settings::Names<Enum>& names, const char*) {
     for (const auto& [name, named] : names) {

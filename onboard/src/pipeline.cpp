@@ -108,6 +108,9 @@ const char* sentence(const MapHealth& health) {
     case MapDoubt::odometry_contradicted:
       return "the map is doubtful until loops confirm the steps that were believed against the odometry; "
              "steps";
+    case MapDoubt::weak_steps:
+      return "the map is doubtful: scans whose surfaces fit badly are held by odometry as much as by their match; "
+             "steps";
     case MapDoubt::searched:
       return "the map is doubtful: too many steps had to be searched for; steps";
   }
@@ -128,6 +131,8 @@ std::uint64_t figure(const MapHealth& health) {
       return health.on_odometry;
     case MapDoubt::odometry_contradicted:
       return health.against_odometry;
+    case MapDoubt::weak_steps:
+      return health.weak;
     case MapDoubt::searched:
       return health.found;
   }

@@ -4,6 +4,7 @@
 //   number(key, value, least, most, comment)
 //   flag(key, value, comment)
 //   choice(key, value, names, comment)
+//   retired(key)
 // and is handed references into the configuration: const ones when that is const.
 #pragma once
 
@@ -73,11 +74,13 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.table("surface", "Samples with normals: what moves in a match.");
   visit.number("sample_capacity", config.surface.sample_capacity, 1, 1 << 24, "a scan");
   visit.number("neighbors", config.surface.neighbors, 3, KdTree::maximum_neighbors, "of the plane fit");
+  visit.retired("neighbor_radius_m");  // in recordings of drives made before; so are those below
   visit.number("neighbor_reach", config.surface.neighbor_reach, 1, 100,
                "times what is typical of the scan at that range; farther ones do not count");
 
   visit.table("scan_match", "A new scan onto the last ones.");
   visit.number("model_scans", config.model_scans, 1, Icp::maximum_model_scans, "how many; 1: pairwise");
+  visit.retired("learn_odometry_heading");
   visit.number("pair_reach", config.pair_reach, 0, 100,
                "pairs may be this many times a scan's typical spacing apart");
   visit.number("longest_reach_m", config.longest_reach_m, 1e-3, 1e3,
@@ -150,6 +153,8 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.table("loop_search", "Where the match of a loop starts, beside where the poses say.");
   visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1,
                "from here on no other start is tried");
+  visit.retired("turn_step_rad");
+  visit.retired("turn_steps");
   visit.number("sure_fit_share", config.loop_search.sure_fit_share, 0, 10,
                "if the surfaces fit so well, too, as a share of what is usual");
   visit.number("shift_step_m", config.loop_search.shift_step_m, 0.01, 100,
