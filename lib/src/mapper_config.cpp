@@ -62,8 +62,8 @@ bool is_usable(const MotionUncertainty& config) {
 
 bool is_usable(const StepBelief& config) {
   return is_within(config.minimum_overlap, 0, 1) && is_within(config.usual_fit_share, 0, 1) &&
-         is_within(config.least_fit_share, 0, 1) && is_within(config.minimum_fit, 0, 1) && is_within(config.held_fit_share, 0, 1) &&
-         is_within(config.maximum_mahalanobis2, 0, 1e12);
+         is_within(config.least_fit_share, 0, 1) && is_within(config.minimum_fit, 0, 1) &&
+         is_within(config.held_fit_share, 0, 1) && is_within(config.maximum_mahalanobis2, 0, 1e12);
 }
 
 bool is_usable(const StartSearchConfig& config) {

@@ -49,7 +49,9 @@ StepDoubt judge_step(const IcpResult& match, const MotionPrior::Prediction& pred
   const bool is_plausible = prediction.mahalanobis2(match.model_from_data) <= belief.maximum_mahalanobis2;
   // A match that the odometry held, and agrees with, is no worse than the odometry alone.
   const bool is_held = prediction.from_odometry && is_plausible;
-  const double least_share = !was_searched ? belief.usual_fit_share : is_held ? belief.held_fit_share : belief.least_fit_share;
+  const double least_share = !was_searched ? belief.usual_fit_share
+                             : is_held     ? belief.held_fit_share
+                                           : belief.least_fit_share;
   const double least = least_share * usual_fit;
   if (match.balanced_fit < std::max(least, belief.minimum_fit)) return StepDoubt::fit;
   const bool is_at_rest = match.verdict != IcpVerdict::iteration_limit;

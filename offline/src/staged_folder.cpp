@@ -84,10 +84,10 @@ bool is_frames_file(const std::string& name) {
 
 bool StagedFolder::is_of_map(std::string_view name) {
   constexpr std::array<std::string_view, 10> names = {"trajectory.tum", "trajectory_without_loops.tum",
-                                                     "scans.csv",      "counters.csv",
-                                                     "graph.g2o",      "map.ply",
-                                                     "run.json",       "covariances.csv",
-                                                     "frames",         "scans.alces"};
+                                                      "scans.csv",      "counters.csv",
+                                                      "graph.g2o",      "map.ply",
+                                                      "run.json",       "covariances.csv",
+                                                      "frames",         "scans.alces"};
   if (name.ends_with(".part")) name.remove_suffix(5);  // of an OutputFile that was killed
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -118,8 +118,8 @@ void StagedFolder::choose_staging() {
   if (is_there && !may_write(folder_)) fail("cannot be written", EACCES);
   is_inside_ = is_there && (is_mount_point(folder_) || is_working_folder(folder_) || !may_write(parent) ||
                             has_mount_point_inside(folder_));
-  staging_ =
-      is_inside_ ? folder_ / inside_name : parent / fmt::format(".{}.alces-part", folder_.filename().string());
+  staging_ = is_inside_ ? folder_ / inside_name
+                        : parent / fmt::format(".{}.alces-part", folder_.filename().string());
 }
 
 /// Held until this object or the process ends.

@@ -109,7 +109,8 @@ const char* sentence(const MapHealth& health) {
       return "the map is doubtful until loops confirm the steps that were believed against the odometry; "
              "steps";
     case MapDoubt::weak_steps:
-      return "the map is doubtful: scans whose surfaces fit badly are held by odometry as much as by their match; "
+      return "the map is doubtful: scans whose surfaces fit badly are held by odometry as much as by their "
+             "match; "
              "steps";
     case MapDoubt::searched:
       return "the map is doubtful: too many steps had to be searched for; steps";

@@ -35,14 +35,14 @@ struct MapHealth {
   std::uint32_t found = 0;             ///< steps that had to be searched for
   std::uint32_t on_odometry = 0;       ///< steps on odometry alone
   std::uint32_t against_odometry = 0;  ///< steps that were believed against it, and that no loop spans
-  std::uint32_t weak = 0;              ///< steps believed, whose surfaces fit less than half as well as is usual
-  std::uint32_t parts = 1;             ///< of the map, that nothing joins
-  std::uint32_t closed = 0;            ///< loops
-  std::uint32_t revisits = 0;          ///< visits to earlier places that were closed as loops
-  std::uint32_t unmatched = 0;         ///< loops refused because the scans do not fit
-  std::uint32_t implausible = 0;       ///< loops refused because the map cannot be off by so much
-  double length_m = 0;                 ///< driven
-  double expected_error_m = 0;         ///< of a pose against the first, standard deviation, mean
+  std::uint32_t weak = 0;         ///< steps believed, whose surfaces fit less than half as well as is usual
+  std::uint32_t parts = 1;        ///< of the map, that nothing joins
+  std::uint32_t closed = 0;       ///< loops
+  std::uint32_t revisits = 0;     ///< visits to earlier places that were closed as loops
+  std::uint32_t unmatched = 0;    ///< loops refused because the scans do not fit
+  std::uint32_t implausible = 0;  ///< loops refused because the map cannot be off by so much
+  double length_m = 0;            ///< driven
+  double expected_error_m = 0;    ///< of a pose against the first, standard deviation, mean
   /// The scans where the map hangs together worst, the worst first: `weakest_count` of them.
   std::array<std::uint32_t, most_weakest> weakest = {};
   std::uint32_t weakest_count = 0;

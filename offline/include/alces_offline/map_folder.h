@@ -27,9 +27,9 @@ struct ProgramFacts {
 void prepare_map_folder(const std::filesystem::path& folder);
 
 /// Writes trajectory.tum, trajectory_without_loops.tum, scans.csv, counters.csv (of a replay), graph.g2o,
-/// frames/, map.ply, scans.alces and run.json, and puts them into their place together (StagedFolder): what an earlier map
-/// left goes away, files of others stay. Returns what stands in run.json. OutputError; InputError when an
-/// archived scan cannot be read back.
+/// frames/, map.ply, scans.alces and run.json, and puts them into their place together (StagedFolder): what
+/// an earlier map left goes away, files of others stay. Returns what stands in run.json. OutputError;
+/// InputError when an archived scan cannot be read back.
 nlohmann::json write_map_folder(StagedFolder& stage, MapRun& run, const ProgramFacts& program);
 /// The same, all in one.
 nlohmann::json write_map_folder(const std::filesystem::path& folder, MapRun& run,

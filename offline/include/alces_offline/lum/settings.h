@@ -19,9 +19,9 @@ struct LumSettings {
 
   // What a scan is reduced to. Voxels as in `map`.
   VoxelGridConfig voxel{.cell_capacity = 32768};
-  std::uint32_t samples = 768;     ///< points a scan that ask the scan at the link's other end
-  std::uint32_t neighbors = 12;    ///< of a sample's plane
-  float neighbor_reach = 2.0F;  ///< SurfaceConfig::neighbor_reach
+  std::uint32_t samples = 768;   ///< points a scan that ask the scan at the link's other end
+  std::uint32_t neighbors = 12;  ///< of a sample's plane
+  float neighbor_reach = 2.0F;   ///< SurfaceConfig::neighbor_reach
 
   // Which scans are linked.
   double link_distance_m = 12;  ///< between two scanners

@@ -87,7 +87,8 @@ void visit_mapper(Config& config, Visitor& visit) {
                "of the first iteration, however far predictions are off");
   visit_icp(config.scan_match, visit);
 
-  visit.table("motion", "Where the next scan is predicted, and how far off that can be: at first, then as it is.");
+  visit.table("motion",
+              "Where the next scan is predicted, and how far off that can be: at first, then as it is.");
   visit.flag("use_motion_prior", config.use_motion_prior,
              "odometry holds a match where the scans leave it open");
   visit.number("odometry_m_per_m", config.motion.odometry_m_per_m, 1e-6, 10, "standard deviation, each axis");
@@ -104,11 +105,14 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.table("step_belief", "When the match of a scan is believed.");
   visit.flag("judge_steps", config.judge_steps, "else all are, as the paper does");
   visit.flag("search_steps", config.search_steps, "look for other starts where it is not, and for loops");
-  visit.number("minimum_overlap", config.step_belief.minimum_overlap, 0, 1, "share of the samples with a partner");
+  visit.number("minimum_overlap", config.step_belief.minimum_overlap, 0, 1,
+               "share of the samples with a partner");
   visit.number("usual_fit_share", config.step_belief.usual_fit_share, 0, 1,
                "of the fit that is usual on the drive; below: searched");
-  visit.number("least_fit_share", config.step_belief.least_fit_share, 0, 1, "the same after the search: not believed");
-  visit.number("held_fit_share", config.step_belief.held_fit_share, 0, 1, "the same where the odometry agrees");
+  visit.number("least_fit_share", config.step_belief.least_fit_share, 0, 1,
+               "the same after the search: not believed");
+  visit.number("held_fit_share", config.step_belief.held_fit_share, 0, 1,
+               "the same where the odometry agrees");
   visit.number("minimum_fit", config.step_belief.minimum_fit, 0, 1, "anywhere");
   visit.number("maximum_mahalanobis2", config.step_belief.maximum_mahalanobis2, 0, 1e12,
                "of the deviation from the prediction");
@@ -151,8 +155,7 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit_icp(config.loop_match, visit);
 
   visit.table("loop_search", "Where the match of a loop starts, beside where the poses say.");
-  visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1,
-               "from here on no other start is tried");
+  visit.number("sure_overlap", config.loop_search.sure_overlap, 0, 1, "from here on no other start is tried");
   visit.retired("turn_step_rad");
   visit.retired("turn_steps");
   visit.number("sure_fit_share", config.loop_search.sure_fit_share, 0, 10,
