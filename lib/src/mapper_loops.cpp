@@ -186,7 +186,8 @@ double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, c
 // scans, only larger doubts are, the larger the fewer loops are left, so that loops last as long as the scans
 // do.
 double Mapper::known_m() const {
-  const double loops_used = static_cast<double>(counters_.loops_closed) / std::max(1U, config_.loop_capacity);
+  const double loops_used =
+      static_cast<double>(counters_.loops_closed) / std::max<std::uint32_t>(1, config_.loop_capacity);
   const double scans_used = static_cast<double>(scan_count()) / config_.scan_capacity;
   constexpr double reserve = 0.05;    // of the loops, that may be used early
   constexpr double m_per_share = 10;  // a tenth too many: a metre

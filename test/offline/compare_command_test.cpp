@@ -54,8 +54,8 @@ TEST_CASE("compare writes tables and figures, and the figures can be drawn again
     WARN("skipped: no gnuplot");
     return;
   }
-  for (const char* figure : {"trajectories", "error-by-scan", "error-by-scan-post", "convergence-3",
-                             "run-time", "error-by-loops"}) {
+  for (const char* figure :
+       {"trajectories", "error-by-scan", "error-by-scan-post", "convergence-3", "run-time"}) {
     CAPTURE(figure);
     CHECK_THAT(content_of(folder / fmt::format("tables/plots/{}.svg", figure)), Contains("</svg>"));
     CHECK(content_of(folder / fmt::format("tables/plots/{}.png", figure)).substr(1, 3) == "PNG");

@@ -192,7 +192,7 @@ TEST_CASE("case eds: remarks and stray lines are no reason to refuse a drive's d
         run_alces(folder, "explain-can " + at("eds/t.log") + " --dcf " + at(std::string("eds/") + name));
     INFO(outcome.err);
     CHECK(outcome.status == 0);
-    CHECK_THAT(outcome.out, Contains("Statusword"));
+    CHECK_THAT(outcome.out, Contains("statusword"));
   }
 }
 

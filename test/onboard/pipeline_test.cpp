@@ -357,7 +357,7 @@ TEST_CASE("a scan that fills more cells than there are is thinned out, and told 
   REQUIRE(end_drive(pipeline));
   CHECK(pipeline.counters().scans_thinned > 3);
   CHECK(notices.has(
-      "mapper: a scan fills more cells than voxel.cell_capacity and is thinned out; scans so far"));
+      "mapper: a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm"));
 }
 
 TEST_CASE(

@@ -54,7 +54,7 @@ def test(options, figures):
     figures.at_most("the map's angle, mean", report["absolute"]["rotation_deg"]["mean"], 0.4, "deg")
 
     loops = closed_loops(run)
-    figures.at_least("loops closed", len(loops), 15)
+    figures.at_least("loops closed", len(loops), 5)
     ours = read_tum(out / "trajectory.tum")
     offsets = [(ours[first].from_other(ours[last]), theirs[first].from_other(theirs[last])) for first, last in loops]
     figures.at_most("the worst loop", max((a.distance_m(b) for a, b in offsets), default=None), 0.25, "m")

@@ -28,8 +28,8 @@ struct LoopDetectorConfig {
       0;  ///< reach = min(radius_cap_m, radius_m + sigma_factor * sigma_m); 0: always radius_m
   std::uint32_t minimum_gap_scans = 20;  ///< the earlier scan's number is smaller by at least this; not 0
   /// And the way driven in between is at least this long, so that scans of one pass are no revisit however
-  /// densely they follow each other: twice the reach, which a straight way of this length has left.
-  double minimum_gap_m = 30;
+  /// densely they follow each other: twice the mapper's reach, which a straight way of this length has left.
+  double minimum_gap_m = 16;
   bool use_gps = false;  ///< room for GPS positions
 };
 
