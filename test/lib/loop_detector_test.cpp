@@ -17,9 +17,9 @@ constexpr std::size_t plan(const LoopDetectorConfig& config) {
   return counting.used_bytes();
 }
 
-constexpr LoopDetectorConfig plain_config{.scan_capacity = 2000};
+constexpr LoopDetectorConfig plain_config{.scan_capacity = 2000, .minimum_gap_m = 30};
 constexpr LoopDetectorConfig rich_config{
-    .scan_capacity = 2000, .radius_cap_m = 40, .sigma_factor = 2, .use_gps = true};
+    .scan_capacity = 2000, .radius_cap_m = 40, .sigma_factor = 2, .minimum_gap_m = 30, .use_gps = true};
 alignas(Arena::alignment) std::byte block[plan(rich_config)];
 
 struct BruteForce {
