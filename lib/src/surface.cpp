@@ -61,8 +61,8 @@ ScanSpacing measure_spacing(const KdTree& tree, std::uint32_t neighbors) {
   }
   if (measured == 0) return {};
   const auto at_share = [measured](std::span<float> values, std::uint32_t tenths) {
-    const auto place = values.begin() + tenths * measured / 10;
-    std::nth_element(values.begin(), place, values.begin() + measured);
+    float* const place = &values[tenths * measured / 10];
+    std::nth_element(values.data(), place, values.data() + measured);
     return *place;
   };
   return {at_share(per_range, 5), at_share(distance_m, 1), at_share(distance_m, 5), at_share(range_m, 5)};
