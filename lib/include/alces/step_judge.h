@@ -33,8 +33,8 @@ struct StepBelief {
   double least_fit_share = 0.5;  ///< after a search has found nothing better
   double held_fit_share = 0.3;   ///< the same where the odometry agrees with the match
   double minimum_fit = 0.15;     ///< anywhere
-  /// Squared deviation from the prediction in standard deviations of prediction and match together, 6 degrees
-  /// of freedom: one in 30,000 steps is farther off by chance.
+  /// Squared deviation from the prediction in its standard deviations, 6 degrees of freedom: one in 30,000
+  /// steps is farther off by chance.
   double maximum_mahalanobis2 = 30;
 };
 
@@ -59,11 +59,11 @@ enum class StepDoubt : std::uint8_t {
   overlap,   ///< too few samples find a partner
   fit,       ///< they find partners, but do not lie on them
   restless,  ///< the match used up its iterations and still moved
-  motion,    ///< the motion is not one that odometry and match together explain
+  motion,    ///< the motion is not one that the prediction explains
 };
 [[nodiscard]] const char* text(StepDoubt doubt);
 
-/// Why a match is not believed, or none. `match_variance`: of the match alone, axes as prediction.variance.
+/// Why a match is not believed, or none. `usual_fit`: UsualFit::fit().
 /// `was_searched`: no other start has led to a better match, so that less will do.
 [[nodiscard]] StepDoubt judge_step(const IcpResult& match, const MotionPrior::Prediction& prediction,
                                    double usual_fit, bool was_searched, const StepBelief& belief);
