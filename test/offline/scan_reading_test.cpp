@@ -260,7 +260,7 @@ TEST_CASE("five floats a point are recognised, other records are refused with th
   CHECK_THROWS_WITH(open_scans(folder / "1.bin", {.format = "float16x3"}), Contains("--format float16x3"));
 }
 
-TEST_CASE("--format reads files whose names say nothing") {
+TEST_CASE("a format that is named reads files whose names say nothing") {
   const TemporaryFolder folder;
   folder.write("scans/a1.dat", "1 2 3\n");
   folder.write("scans/a2.dat", "4 5 6\n");
