@@ -48,6 +48,11 @@ bool BackgroundSink::write(std::span<const std::uint8_t> bytes) {
   return true;
 }
 
+bool BackgroundSink::read_back(std::uint64_t position, std::span<std::uint8_t> bytes) {
+  for (; !ring_.empty() && patience_ns_ > 0; patience_ns_ -= short_sleep_ns) sleep(short_sleep_ns);
+  return ring_.empty() && below_.read_back(position, bytes);
+}
+
 void BackgroundSink::run() {
   for (;;) {
     const Bell::Strokes heard = bell_.strokes();

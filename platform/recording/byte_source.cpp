@@ -1,9 +1,13 @@
 #include "alces_platform/recording/byte_source.h"
 
+#include <sys/types.h>
+
 #include <algorithm>
 #include <cerrno>
 
 namespace alces {
+
+static_assert(sizeof(off_t) == 8, "files end at 2 GiB: build with _FILE_OFFSET_BITS=64");
 
 std::size_t MemorySource::read(std::span<std::uint8_t> room) {
   const std::size_t size = std::min(room.size(), bytes_.size());

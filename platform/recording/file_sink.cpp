@@ -10,6 +10,8 @@
 
 namespace alces {
 
+static_assert(sizeof(off_t) == 8, "files end at 2 GiB: build with _FILE_OFFSET_BITS=64");
+
 FileSink::~FileSink() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
@@ -19,7 +21,7 @@ bool FileSink::open(const char* path, Existing existing) {
   size_ = 0;
   error_number_ = 0;
   const int exclusive = existing == Existing::refuse ? O_EXCL : 0;
-  descriptor_ = ::open(path, O_WRONLY | O_CREAT | O_CLOEXEC | exclusive, 0666);
+  descriptor_ = ::open(path, O_RDWR | O_CREAT | O_CLOEXEC | exclusive, 0666);
   struct stat status {};
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
     error_number_ = errno;
@@ -64,10 +66,25 @@ bool FileSink::write(std::span<const std::uint8_t> bytes) {
   return true;
 }
 
+bool FileSink::read_back(std::uint64_t position, std::span<std::uint8_t> bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got =
+        ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(position + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) {
+      error_number_ = got < 0 ? errno : EIO;  // what was written is not there
+      return false;
+    }
+    done += static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
 bool FileSink::sync() {
-  if (descriptor_ >= 0 && ::fdatasync(descriptor_) == 0) return true;
-  error_number_ = descriptor_ >= 0 ? errno : EBADF;
-  return false;
+  const int failed = sync_data(descriptor_);
+  if (failed != 0) error_number_ = failed;
+  return failed == 0;
 }
 
 bool FileSink::close() {
@@ -76,6 +93,18 @@ bool FileSink::close() {
   if (!closed) error_number_ = errno;
   descriptor_ = -1;
   return closed;
+}
+
+int sync_data(int descriptor) {
+  return ::fdatasync(descriptor) == 0 ? 0 : errno;
+}
+
+int sync_folder(const char* folder) {
+  const int descriptor = ::open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  const int failed = ::fsync(descriptor) == 0 ? 0 : errno;
+  ::close(descriptor);
+  return failed == EINVAL ? 0 : failed;
 }
 
 }  // namespace alces

@@ -53,8 +53,9 @@ bool is_index_of_this_length(std::span<const std::uint8_t> content) {
 }
 
 bool is_known(std::uint8_t opcode) {
-  return opcode >= static_cast<std::uint8_t>(Opcode::header) &&
-         opcode <= static_cast<std::uint8_t>(Opcode::data_end);
+  return (opcode >= static_cast<std::uint8_t>(Opcode::header) &&
+          opcode <= static_cast<std::uint8_t>(Opcode::data_end)) ||
+         opcode == static_cast<std::uint8_t>(Opcode::index_page);
 }
 
 std::string quoted(std::string_view text) {
@@ -308,6 +309,7 @@ void Reader::read_content(Opcode opcode, Bytes content) {
     case Opcode::statistics:
       statistics_messages_ = ByteReader(content).u64();
       return;
+    case Opcode::index_page:
     case Opcode::message_index:
     case Opcode::chunk_index:
     case Opcode::attachment_index:

@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t chunk_prefix_bytes = record_header_bytes + plain_chunk_header_bytes;
 constexpr std::size_t index_header_bytes = record_header_bytes + 2 + 4;
 constexpr std::size_t index_entry_bytes = 8 + 8;
+constexpr std::size_t row_begin_bytes = 8 + 8 + 8 + 8 + 4;
 
 template <typename Fill>
 void record(ByteWriter& out, Opcode opcode, Fill fill) {
@@ -49,8 +50,8 @@ Writer::Writer(Arena& arena, const WriterConfig& config, ByteSink* sink) : confi
   cursors_ = arena.allocate<std::size_t>(channels);
   sequences_ = arena.allocate<std::uint32_t>(channels);
   totals_ = arena.allocate<std::uint64_t>(channels);
-  chunks_ = arena.allocate<ChunkInfo>(config.chunk_capacity);
-  chunk_counts_ = arena.allocate<std::uint16_t>(std::size_t{config.chunk_capacity} * channels);
+  page_ = arena.allocate<std::uint8_t>(page_bytes());
+  pages_ = arena.allocate<std::uint64_t>(config.page_capacity);
 }
 
 std::span<std::uint8_t> Writer::begin_message() {
@@ -77,7 +78,7 @@ void Writer::commit_message(std::uint16_t channel, std::uint64_t log_time_ns, st
 
 bool Writer::flush() {
   if (entry_count_ == 0) return true;
-  if (!ensure_head()) return false;
+  if (!ensure_head() || !turn_page()) return false;
 
   ByteWriter prefix(chunk_.first(chunk_prefix_bytes));
   const std::uint64_t begin_ns = entries_[0].log_time_ns;
@@ -95,15 +96,7 @@ bool Writer::flush() {
   const std::uint64_t offset = counters_.bytes_written;
   if (!append(chunk_.first(chunk_prefix_bytes + used_bytes_ + indexes_bytes))) return false;
 
-  if (indexed_chunks_ < chunks_.size()) {
-    chunks_[indexed_chunks_] = {offset, begin_ns, end_ns, used_bytes_,
-                                static_cast<std::uint32_t>(indexes_bytes)};
-    std::ranges::copy(counts_,
-                      chunk_counts_.begin() + static_cast<std::ptrdiff_t>(indexed_chunks_ * counts_.size()));
-    ++indexed_chunks_;
-  } else {
-    ++counters_.chunks_not_indexed;
-  }
+  add_row({offset, begin_ns, end_ns, used_bytes_, static_cast<std::uint32_t>(indexes_bytes)});
   if (counters_.chunks_written == 0) begin_ns_ = begin_ns;
   end_ns_ = end_ns;
   ++counters_.chunks_written;
@@ -125,6 +118,42 @@ void Writer::start_chunk() {
   used_bytes_ = 0;
   entry_count_ = 0;
   std::ranges::fill(counts_, std::uint16_t{0});
+}
+
+std::size_t Writer::row_bytes() const {
+  return row_begin_bytes + 2 * config_.channels.size();
+}
+
+std::size_t Writer::page_bytes() const {
+  return record_header_bytes + config_.chunk_capacity * row_bytes();
+}
+
+void Writer::add_row(const ChunkInfo& info) {
+  if (row_count_ == config_.chunk_capacity) {
+    ++counters_.chunks_not_indexed;
+    return;
+  }
+  ByteWriter row(page_.subspan(record_header_bytes + row_count_ * row_bytes(), row_bytes()));
+  row.u64(info.offset);
+  row.u64(info.begin_ns);
+  row.u64(info.end_ns);
+  row.u64(info.records_bytes);
+  row.u32(info.index_bytes);
+  for (const std::uint16_t count : counts_) row.u16(count);
+  ++row_count_;
+}
+
+/// A full page goes to the file, as long as its place can be remembered. False: the sink did not take it.
+bool Writer::turn_page() {
+  if (row_count_ < config_.chunk_capacity || page_count_ == pages_.size()) return true;
+  ByteWriter header(page_);
+  header.u8(static_cast<std::uint8_t>(Opcode::index_page));
+  header.u64(page_bytes() - record_header_bytes);
+  const std::uint64_t offset = counters_.bytes_written;
+  if (!append(page_)) return false;
+  pages_[page_count_++] = offset;
+  row_count_ = 0;
+  return true;
 }
 
 /// Behind the records, a record for each channel that has messages in the chunk. Returns their bytes.
@@ -250,9 +279,14 @@ void Writer::write_statistics(ByteWriter& out) const {
   });
 }
 
-void Writer::write_chunk_index(ByteWriter& out, std::size_t chunk) const {
-  const ChunkInfo& info = chunks_[chunk];
-  const auto counts = chunk_counts_.subspan(chunk * counts_.size(), counts_.size());
+void Writer::write_chunk_index(ByteWriter& out, std::span<const std::uint8_t> row) {
+  ByteReader in(row);
+  ChunkInfo info;
+  info.offset = in.u64();
+  info.begin_ns = in.u64();
+  info.end_ns = in.u64();
+  info.records_bytes = in.u64();
+  info.index_bytes = in.u32();
   record(out, Opcode::chunk_index, [&] {
     const std::uint64_t chunk_length = chunk_prefix_bytes + info.records_bytes;
     out.u64(info.begin_ns);
@@ -261,11 +295,12 @@ void Writer::write_chunk_index(ByteWriter& out, std::size_t chunk) const {
     out.u64(chunk_length);
     sized(out, [&] {
       std::uint64_t at = info.offset + chunk_length;
-      for (std::size_t channel = 0; channel < counts.size(); ++channel) {
-        if (counts[channel] == 0) continue;
-        out.u16(static_cast<std::uint16_t>(channel + 1));
+      for (std::uint16_t channel = 1; in.left() > 0; ++channel) {
+        const std::uint16_t count = in.u16();
+        if (count == 0) continue;
+        out.u16(channel);
         out.u64(at);
-        at += index_bytes(counts[channel]);
+        at += index_bytes(count);
       }
     });
     out.u64(info.index_bytes);
@@ -347,6 +382,39 @@ class Writer::Summary {
   bool ok_ = true;
 };
 
+/// Before the summary begins: half an index could not be taken back.
+bool Writer::are_pages_there() {
+  for (const std::uint64_t page : pages_.first(page_count_)) {
+    std::array<std::uint8_t, record_header_bytes> header{};
+    if (!sink_->read_back(page, header)) return false;
+    ByteReader in(header);
+    if (in.u8() != static_cast<std::uint8_t>(Opcode::index_page) ||
+        in.u64() != page_bytes() - record_header_bytes)
+      return false;
+  }
+  return true;
+}
+
+/// False: a page that was there cannot be read any more.
+bool Writer::add_chunk_indexes(Summary& summary) {
+  const auto add = [&](std::span<const std::uint8_t> rows) {
+    for (; !rows.empty(); rows = rows.subspan(row_bytes()))
+      summary.add(Opcode::chunk_index,
+                  [&](ByteWriter& out) { write_chunk_index(out, rows.first(row_bytes())); });
+  };
+  const std::size_t room = chunk_.size() / row_bytes() * row_bytes();  // no chunk is in it any more
+  for (const std::uint64_t page : pages_.first(page_count_)) {
+    const std::size_t rows_bytes = page_bytes() - record_header_bytes;
+    for (std::size_t at = 0; at < rows_bytes; at += room) {
+      const std::span<std::uint8_t> rows = chunk_.first(std::min(room, rows_bytes - at));
+      if (!sink_->read_back(page + record_header_bytes + at, rows)) return false;
+      add(rows);
+    }
+  }
+  add(page_.subspan(record_header_bytes, row_count_ * row_bytes()));
+  return true;
+}
+
 bool Writer::finish() {
   if (finished_) return true;
   if (!flush()) {
@@ -365,10 +433,9 @@ bool Writer::finish() {
   for (std::size_t channel = 0; channel < config_.channels.size(); ++channel)
     summary.add(Opcode::channel, [&](ByteWriter& out) { write_channel(out, channel); });
   summary.add(Opcode::statistics, [&](ByteWriter& out) { write_statistics(out); });
-  if (counters_.chunks_not_indexed == 0) {
-    for (std::size_t chunk = 0; chunk < indexed_chunks_; ++chunk)
-      summary.add(Opcode::chunk_index, [&](ByteWriter& out) { write_chunk_index(out, chunk); });
-  }
+  if (counters_.chunks_not_indexed == 0 && !are_pages_there())
+    counters_.chunks_not_indexed = counters_.chunks_written;
+  if (counters_.chunks_not_indexed == 0 && !add_chunk_indexes(summary)) return false;
   if (!config_.attachment_name.empty()) {
     summary.add(Opcode::attachment_index, [&](ByteWriter& out) {
       record(out, Opcode::attachment_index, [&] {

@@ -132,12 +132,16 @@ bool RecordingWriter::try_flush(bool gives_up) {
     lost_before_stall_ = lost_before;
     say(Severity::error, "the recording cannot be written; make room on its disk", 0);
   }
-  if (mcap_.counters().chunks_not_indexed > not_indexed_before)
+  say_not_indexed(not_indexed_before);
+  return taken;
+}
+
+void RecordingWriter::say_not_indexed(std::uint64_t before) {
+  if (mcap_.counters().chunks_not_indexed > before)
     say(NoticeKind::not_indexed,
-        "has more chunks than its index has room for: it will have no index, and is read from the front; "
+        "its index cannot be made, for it is too long or cannot be read back: it is read from the front; "
         "chunks",
         mcap_.counters().chunks_written);
-  return taken;
 }
 
 void RecordingWriter::say(Severity severity, const char* text, std::int64_t value) {
@@ -156,7 +160,10 @@ bool RecordingWriter::flush() {
 
 bool RecordingWriter::finish() {
   static_cast<void>(try_flush(true));
-  return mcap_.finish();
+  const std::uint64_t not_indexed_before = mcap_.counters().chunks_not_indexed;
+  const bool is_finished = mcap_.finish();
+  say_not_indexed(not_indexed_before);
+  return is_finished;
 }
 
 /// The time at which this is handed on: that of the last tick, or later by what newer stamps say.

@@ -11,6 +11,8 @@
 #include <string_view>
 
 namespace alces {
+
+static_assert(sizeof(off_t) == 8, "files end at 2 GiB: build with _FILE_OFFSET_BITS=64");
 namespace {
 
 constexpr std::string_view first_line = "alces scan archive 1\n";

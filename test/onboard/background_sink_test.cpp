@@ -1,5 +1,6 @@
 #include "alces_onboard/background_sink.h"
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -7,8 +8,11 @@
 #include <thread>
 #include <vector>
 
+#include "support/comes_true.h"
+
 using namespace alces;
 using namespace alces::onboard;
+using test::comes_true;
 
 namespace {
 
@@ -20,6 +24,14 @@ class SlowSink final : public ByteSink {
     if (refuses) return false;
     const std::lock_guard lock(mutex_);
     writes_.emplace_back(bytes.begin(), bytes.end());
+    return true;
+  }
+  [[nodiscard]] bool read_back(std::uint64_t position, std::span<std::uint8_t> bytes) override {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::uint8_t> all;
+    for (const auto& each : writes_) all.insert(all.end(), each.begin(), each.end());
+    if (position + bytes.size() > all.size()) return false;
+    std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(position), bytes.size(), bytes.begin());
     return true;
   }
   [[nodiscard]] std::vector<std::vector<std::uint8_t>> writes() {
@@ -36,16 +48,6 @@ class SlowSink final : public ByteSink {
 
 std::vector<std::uint8_t> piece(std::uint8_t value, std::size_t size) {
   return std::vector<std::uint8_t>(size, value);
-}
-
-/// Waits at most ten seconds for the other thread.
-template <class Condition>
-bool comes_true(Condition condition) {
-  for (int i = 0; i < 10'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
 }
 
 }  // namespace
@@ -99,6 +101,27 @@ TEST_CASE("a background sink ends even when the sink below never takes anything,
   CHECK_FALSE(sink.stop(20 * ns_per_ms));
   CHECK(sink.counters().bytes_given_up == 150);
   CHECK(below.writes().empty());
+}
+
+TEST_CASE("what was written is read back once it is handed on, and nobody waits for that before the end") {
+  SlowSink below;
+  below.refuses = true;
+  BackgroundSink sink(below, {.ring_bytes = 1024, .retry_ns = ns_per_ms});
+  sink.start();
+  REQUIRE(sink.write(piece(1, 100)));
+  REQUIRE(sink.write(piece(2, 100)));
+  std::vector<std::uint8_t> found(10);
+  CHECK_FALSE(sink.read_back(95, found));  // at once
+  sink.let_writes_wait(10 * ns_per_s);
+  std::thread somebody([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    below.refuses = false;
+  });
+  CHECK(sink.read_back(95, found));
+  somebody.join();
+  CHECK(found == std::vector<std::uint8_t>{1, 1, 1, 1, 1, 2, 2, 2, 2, 2});
+  CHECK_FALSE(sink.read_back(195, found));  // not all of it is there
+  CHECK(sink.stop(10 * ns_per_s));
 }
 
 TEST_CASE("at a file's end writes may wait for room") {

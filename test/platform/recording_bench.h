@@ -1,6 +1,7 @@
 // A recording in memory, for tests.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -20,8 +21,14 @@ class MemorySink final : public ByteSink {
     bytes.insert(bytes.end(), piece.begin(), piece.end());
     return true;
   }
+  [[nodiscard]] bool read_back(std::uint64_t position, std::span<std::uint8_t> piece) override {
+    if (!reads_back || piece.size() > bytes.size() || position > bytes.size() - piece.size()) return false;
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(position), piece.size(), piece.begin());
+    return true;
+  }
   std::vector<std::uint8_t> bytes;
   std::size_t capacity = SIZE_MAX;
+  bool reads_back = true;
 };
 
 class HeardNotices final : public NoticePort {

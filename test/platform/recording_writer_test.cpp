@@ -46,6 +46,7 @@ TEST_CASE("the CRC is the one of the catalogue, at any length and in any pieces"
     CHECK(crc32(bytes) == slow_crc(bytes));
     Crc32 pieces;
     pieces.add(std::span(bytes).first(size / 3));
+    pieces.add({});
     pieces.add(std::span(bytes).subspan(size / 3));
     CHECK(pieces.value() == slow_crc(bytes));
     bytes.push_back(static_cast<std::uint8_t>(size * 37 + 11));
@@ -457,17 +458,132 @@ TEST_CASE("notices that are written into the recording they are about do it no h
   CHECK(read.events.size() + read.counters.results + read.counters.messages_missing == 902);
 }
 
-TEST_CASE("more chunks than the summary can index: none is indexed, and the file stays whole") {
+/// The ChunkIndex records behind the data, and whether each points to a chunk and its message indexes.
+std::size_t chunks_indexed(std::span<const std::uint8_t> file) {
+  std::size_t count = 0;
+  std::uint64_t expected_offset = 0;
+  bool is_behind_data = false;
+  ByteReader in(file);
+  static_cast<void>(in.bytes(mcap::magic.size()));
+  while (in.left() > mcap::magic.size()) {
+    const auto opcode = static_cast<mcap::Opcode>(in.u8());
+    ByteReader record(in.bytes(in.u64()));
+    is_behind_data = is_behind_data || opcode == mcap::Opcode::data_end;
+    if (!is_behind_data || opcode != mcap::Opcode::chunk_index) continue;
+    const std::uint64_t begin_ns = record.u64();
+    const std::uint64_t end_ns = record.u64();
+    const std::uint64_t offset = record.u64();
+    const std::uint64_t length = record.u64();
+    CHECK(offset >= expected_offset);  // in the file's order
+    expected_offset = offset + length;
+    ByteReader chunk(file.subspan(static_cast<std::size_t>(offset)));
+    CHECK(chunk.u8() == static_cast<std::uint8_t>(mcap::Opcode::chunk));
+    CHECK(chunk.u64() + mcap::record_header_bytes == length);
+    CHECK(chunk.u64() == begin_ns);
+    CHECK(chunk.u64() == end_ns);
+    ByteReader places(record.bytes(record.u32()));
+    std::uint64_t indexes_end = offset + length;
+    while (places.left() > 0) {
+      const std::uint16_t channel = places.u16();
+      const std::uint64_t place = places.u64();
+      CHECK(place == indexes_end);
+      ByteReader index(file.subspan(static_cast<std::size_t>(place)));
+      CHECK(index.u8() == static_cast<std::uint8_t>(mcap::Opcode::message_index));
+      indexes_end += mcap::record_header_bytes + index.u64();
+      CHECK(index.u16() == channel);
+    }
+    CHECK(record.u64() == indexes_end - offset - length);
+    ++count;
+  }
+  CHECK_FALSE(in.failed());
+  return count;
+}
+
+TEST_CASE("the summary indexes every chunk, however few rows of the index memory holds") {
+  for (const std::uint32_t rows : {1U, 2U, 3U, 7U, 1000U}) {
+    CAPTURE(rows);
+    RecordingConfig config = RecordingBench::small();
+    config.chunk_capacity = rows;
+    RecordingBench bench(config);
+    sample::record(*bench.writer, 1500);
+    REQUIRE(bench.writer->finish());
+    const mcap::Writer::Counters& counters = bench.writer->file_counters();
+    CHECK(counters.chunks_written > 20);
+    CHECK(counters.chunks_not_indexed == 0);
+    CHECK(chunks_indexed(bench.sink.bytes) == counters.chunks_written);
+    const ReadBack read = read_back(bench.sink.bytes);
+    CHECK(read.is_whole);
+    CHECK(read.events.size() == 1500);
+    CHECK(read.file.records_unknown == 0);
+    for (const Notice& notice : bench.heard.notices)
+      CHECK_THAT(std::string(notice.text), !Catch::Contains("index"));
+  }
+}
+
+TEST_CASE("the index takes the same memory for any length of drive") {
+  RecordingConfig config;
+  const std::size_t bytes = RecordingWriter::memory_required(config);
+  CHECK(bytes < 2'000'000);
+  config.chunk_capacity = 16384;
+  CHECK(RecordingWriter::memory_required(config) > bytes + 900'000);
+}
+
+TEST_CASE("a page of the index that the disk does not take waits as a chunk does, and the index is whole") {
   RecordingConfig config = RecordingBench::small();
   config.chunk_capacity = 2;
   RecordingBench bench(config);
+  for (std::uint32_t i = 0; i < 900; ++i) {
+    bench.sink.capacity = i < 200 || i > 500 ? SIZE_MAX : bench.sink.bytes.size() + 50;
+    bench.writer->on_event(sample::event_at(i).event);
+  }
+  REQUIRE(bench.writer->finish());
+  CHECK(bench.writer->file_counters().write_failures > 0);
+  CHECK(chunks_indexed(bench.sink.bytes) == bench.writer->file_counters().chunks_written);
+  CHECK(read_back(bench.sink.bytes).is_whole);
+}
+
+TEST_CASE("an index that cannot be read back is left out as a whole, is told, and the file stays whole") {
+  RecordingConfig config = RecordingBench::small();
+  config.chunk_capacity = 2;
+  RecordingBench bench(config);
+  bench.sink.reads_back = false;
   sample::record(*bench.writer, 500);
   REQUIRE(bench.writer->finish());
-  CHECK(bench.writer->file_counters().chunks_not_indexed > 0);
-  CHECK(was_told(bench, "has more chunks than its index has room for", 3));
+  CHECK(bench.writer->file_counters().chunks_not_indexed > 3);
+  CHECK(was_told(bench, "its index cannot be made",
+                 static_cast<std::int64_t>(bench.writer->file_counters().chunks_written)));
+  CHECK(chunks_indexed(bench.sink.bytes) == 0);
   const ReadBack read = read_back(bench.sink.bytes);
   CHECK(read.is_whole);
   CHECK(read.events.size() == 500);
+}
+
+TEST_CASE("more pages than their places have room for: no index, and the file stays whole") {
+  mcap::WriterConfig config;
+  config.chunk_bytes = 4096;
+  config.messages_per_chunk = 16;
+  config.chunk_capacity = 2;
+  config.page_capacity = 3;
+  const std::array<mcap::Schema, 1> schemas{{{"test", "uint8 x"}}};
+  const std::array<mcap::Channel, 1> channels{{{"/test", 0}}};
+  config.schemas = schemas;
+  config.channels = channels;
+  for (const std::uint32_t chunks : {8U, 9U}) {  // the last page stays in memory
+    CAPTURE(chunks);
+    MemorySink sink;
+    alignas(64) static std::array<std::byte, 65536> block{};
+    Arena arena(block);
+    mcap::Writer writer(arena, config, &sink);
+    for (std::uint32_t i = 0; i < chunks; ++i) {
+      writer.begin_message()[0] = 1;
+      writer.commit_message(0, i, i, 1);
+      REQUIRE(writer.flush());
+    }
+    REQUIRE(writer.finish());
+    CHECK(writer.counters().chunks_not_indexed == chunks - 8);
+    CHECK(chunks_indexed(sink.bytes) == (chunks == 8 ? 8 : 0));
+    CHECK(read_back(sink.bytes).is_whole);
+  }
 }
 
 TEST_CASE("a write that ends half way leaves the file behind the last whole one") {

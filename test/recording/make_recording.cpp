@@ -48,6 +48,7 @@ int run(const char* path, std::uint32_t event_count) {
   }
   RecordingConfig config;
   config.chunk_bytes = 16384;
+  config.chunk_capacity = 5;  // so that the index has pages
   config.can_bus_count = 2;
   config.configuration = sample::configuration;
   config.utc_offset_ns = sample::utc_offset_ns;

@@ -17,7 +17,6 @@ RecordingConfig desk_recording_config(const std::string& configuration, std::int
   RecordingConfig config;
   config.chunk_bytes = std::size_t{16} << 20;  // the largest message of any recording we write
   config.messages_per_chunk = 65535;
-  config.chunk_capacity = 65536;
   config.flush_interval_ns = 5 * ns_per_s;
   config.can_bus_count = std::min(can_bus_count, recording::maximum_can_buses);
   config.configuration = configuration;

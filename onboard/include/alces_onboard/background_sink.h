@@ -47,7 +47,7 @@ class BackgroundSink final : public ByteSink {
     }
   };
 
-  /// `below` outlives it and is used by its thread alone between start() and stop().
+  /// `below` outlives it and is used by its thread alone between start() and stop(), but for read_back().
   BackgroundSink(ByteSink& below, const BackgroundSinkConfig& config);
   BackgroundSink(const BackgroundSink&) = delete;
   BackgroundSink& operator=(const BackgroundSink&) = delete;
@@ -57,9 +57,11 @@ class BackgroundSink final : public ByteSink {
   void start();
 
   [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) override;
+  /// Waits until all is handed on, as long as write() may wait for room.
+  [[nodiscard]] bool read_back(std::uint64_t position, std::span<std::uint8_t> bytes) override;
 
-  /// From now on write() waits for room, up to this long in all: for the end of a file, when nobody is kept
-  /// waiting any more.
+  /// From now on write() waits for room and read_back() for what is written, up to this long in all: for the
+  /// end of a file, when nobody is kept waiting any more.
   void let_writes_wait(std::int64_t limit_ns) { patience_ns_ = limit_ns; }
 
   /// Waits until all is handed on, at most `limit_ns`, and ends the thread. False: not all was; what is left

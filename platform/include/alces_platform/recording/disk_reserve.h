@@ -25,6 +25,9 @@ class DiskReserve final : public ByteSink {
   void release() { is_released_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) override;
+  [[nodiscard]] bool read_back(std::uint64_t position, std::span<std::uint8_t> bytes) override {
+    return below_.read_back(position, bytes);
+  }
 
  private:
   [[nodiscard]] bool leaves_enough(std::uint64_t bytes) const;

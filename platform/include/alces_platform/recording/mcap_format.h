@@ -26,6 +26,7 @@ enum class Opcode : std::uint8_t {
   metadata_index = 0x0d,
   summary_offset = 0x0e,
   data_end = 0x0f,
+  index_page = 0x80,  ///< ours, which other readers pass over: see mcap_writer.h
 };
 
 inline constexpr std::size_t record_header_bytes = 1 + 8;

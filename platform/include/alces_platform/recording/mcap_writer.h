@@ -7,8 +7,12 @@
 // When the sink takes none (disk full) the chunk waits and is tried again; when it is full it is given up and
 // counted, and the next one takes its place. Sequence numbers go on, so a reader sees what is missing.
 //
-// Memory: chunk_bytes + 32 * messages_per_chunk + chunk_capacity * (40 + 2 * channels), and the head's size.
-// Time: O(bytes); one CRC over the chunk and one over the file.
+// The summary indexes every chunk, however many there are. Its rows are kept in memory until they are
+// chunk_capacity; then they go into the file, as a page: a record of the opcode 0x80, which MCAP leaves to
+// applications and readers pass over. At the end the pages are read back, and the summary is made of them.
+//
+// Memory: chunk_bytes + 32 * messages_per_chunk + chunk_capacity * (36 + 2 * channels) + 8 * page_capacity,
+// and the head's size. Time: O(bytes); one CRC over the chunk and one over the file.
 #pragma once
 
 #include <cstddef>
@@ -41,9 +45,10 @@ struct KeyValue {
 struct WriterConfig {
   std::size_t chunk_bytes = std::size_t{1} << 20;  ///< of records; a message must fit
   std::uint32_t messages_per_chunk = 8192;         ///< at most 65535
-  /// Chunks that the summary can index. When there are more it indexes none (a partial index would hide
-  /// messages), and readers go through the file from the front.
-  std::uint32_t chunk_capacity = 16384;
+  std::uint32_t chunk_capacity = 4096;             ///< rows of the index that memory holds: a page of it
+  /// When there are more pages, or they cannot be read back, the summary indexes nothing (a partial index
+  /// would hide messages), and readers go through the file from the front.
+  std::uint32_t page_capacity = 4096;
 
   std::string_view profile;
   std::string_view library;
@@ -89,7 +94,7 @@ class Writer {
     std::uint64_t messages_lost = 0;  ///< in chunks that were given up
     std::uint64_t chunks_written = 0;
     std::uint64_t chunks_lost = 0;
-    std::uint64_t chunks_not_indexed = 0;  ///< beyond chunk_capacity: the summary then indexes none
+    std::uint64_t chunks_not_indexed = 0;  ///< more pages than page_capacity, or one that is not read back
     std::uint64_t bytes_written = 0;
     std::uint64_t bytes_lost = 0;
     std::uint64_t write_failures = 0;  ///< the sink said no
@@ -114,6 +119,7 @@ class Writer {
     std::uint32_t offset = 0;  ///< of the message record in the chunk's records
     std::uint16_t channel = 0;
   };
+  /// A chunk's row of the index: these, then its messages in each channel, 16 bits each.
   struct ChunkInfo {
     std::uint64_t offset = 0;
     std::uint64_t begin_ns = 0;
@@ -133,7 +139,13 @@ class Writer {
   void write_schema(ByteWriter& out, std::size_t schema) const;
   void write_channel(ByteWriter& out, std::size_t channel) const;
   void write_statistics(ByteWriter& out) const;
-  void write_chunk_index(ByteWriter& out, std::size_t chunk) const;
+  static void write_chunk_index(ByteWriter& out, std::span<const std::uint8_t> row);
+  [[nodiscard]] std::size_t row_bytes() const;
+  [[nodiscard]] std::size_t page_bytes() const;
+  void add_row(const ChunkInfo& info);
+  [[nodiscard]] bool turn_page();
+  [[nodiscard]] bool are_pages_there();
+  [[nodiscard]] bool add_chunk_indexes(Summary& summary);
   [[nodiscard]] std::size_t append_message_indexes();
   [[nodiscard]] bool append(std::span<const std::uint8_t> bytes);
   [[nodiscard]] bool ensure_head();
@@ -148,12 +160,13 @@ class Writer {
   std::span<std::size_t> cursors_;   ///< where a channel's next index entry goes
   std::span<std::uint32_t> sequences_;
   std::span<std::uint64_t> totals_;  ///< messages written, a channel
-  std::span<ChunkInfo> chunks_;
-  std::span<std::uint16_t> chunk_counts_;  ///< counts_ of every chunk
+  std::span<std::uint8_t> page_;     ///< of the index, as it will stand in the file: record header, rows
+  std::span<std::uint64_t> pages_;   ///< where those stand that were full
 
   std::size_t used_bytes_ = 0;  ///< of the chunk's records
   std::uint32_t entry_count_ = 0;
-  std::uint32_t indexed_chunks_ = 0;
+  std::uint32_t row_count_ = 0;   ///< of the page in memory
+  std::uint32_t page_count_ = 0;  ///< of those in the file
   bool head_written_ = false;
   bool finished_ = false;
   Place metadata_;

@@ -40,7 +40,7 @@ enum class RecordingStatus : std::uint8_t { ok, block_too_small, block_misaligne
 struct RecordingConfig {
   std::size_t chunk_bytes = std::size_t{1} << 20;  ///< 4 KiB to 64 MiB; the largest message fits in one
   std::uint32_t messages_per_chunk = 8192;         ///< 16 to 65535
-  std::uint32_t chunk_capacity = 16384;            ///< chunks that the summary can index; see mcap_writer.h
+  std::uint32_t chunk_capacity = 4096;             ///< rows of the index in memory; see mcap_writer.h
   std::int64_t flush_interval_ns = 500'000'000;
   std::uint8_t can_bus_count = 1;  ///< up to recording::maximum_can_buses
   std::string_view configuration;  ///< attached as vehicle.toml; outlives the writer. Replay needs it
@@ -169,6 +169,7 @@ class RecordingWriter final : public EventSink {
   void say(Severity severity, const char* text, std::int64_t value);
   /// Of a capacity that was exceeded, at its first and then ever more seldom.
   void say(NoticeKind kind, const char* text, std::uint64_t count);
+  void say_not_indexed(std::uint64_t before);
 
   RecordingConfig config_;
   std::array<char, 24> utc_offset_text_{};
