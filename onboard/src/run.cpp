@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "alces_onboard/background_sync.h"
 #include "alces_onboard/console.h"
 #include "alces_onboard/devices.h"
 #include "alces_onboard/error.h"
@@ -123,7 +124,12 @@ class Program {
     lines_.start();
     devices_.emplace(settings_, loop_);
     make_pipeline();
-    if (plan_.pipeline.records) file_ring_.start();
+    if (plan_.pipeline.records) {
+      file_ring_.start();
+      file_sync_.start([folder = recording_.has_parent_path() ? recording_.parent_path().string()
+                                                              : "."] { return sync_folder(folder.c_str()); },
+                       [descriptor = file_.descriptor()] { return sync_data(descriptor); });
+    }
     pipeline_->start_mapping_thread();
     devices_->open();  // the threads have started: they do not inherit what follows
     ask_for_real_time();
@@ -146,6 +152,7 @@ class Program {
       loop_.run_once();
       const std::int64_t now = now_ns();
       watchdog_.alive(now);
+      if (const auto notice = file_sync_.news(now)) pipeline_->raise(*notice);
       const StopStage next = stop.update(now, loop_.stop_requests(), devices_->is_idle());
       if (next != stage && next != StopStage::running)
         watchdog_.stopping(is_motor_left(next, stop) ? motor_left_status : text(next));
@@ -226,18 +233,20 @@ class Program {
     bool is_whole = true;
     if (plan_.pipeline.records) {
       const bool is_handed_on = file_ring_.stop(file_end_limit_ns);
-      const bool is_synced = file_.sync();
+      const bool is_synced = file_sync_.stop(file_end_limit_ns);
       is_whole = is_taken && is_handed_on && is_synced && file_.close();
     }
     console_.end();
     lines_.stop(console_end_limit_ns);
     print_summary();
-    const std::string cut = is_whole
-                                ? ""
-                                : fmt::format(
-                                      "{}: the end of the recording could not be written ({}); what is there "
-                                      "can be read and replayed",
-                                      recording_.string(), reason_of(file_.error_number()));
+    const std::string cut =
+        is_whole
+            ? ""
+            : fmt::format(
+                  "{}: a part of the recording could not be written ({}); what is there "
+                  "can be read and replayed",
+                  recording_.string(),
+                  reason_of(file_.error_number() != 0 ? file_.error_number() : file_sync_.error_number()));
     if (!pipeline_->is_motor_confirmed()) {
       if (!is_whole) fmt::print(stderr, "alcesd: {}\n", cut);
       throw Error(ExitStatus::motor, motor_left_sentence());
@@ -273,6 +282,7 @@ class Program {
       summary.add_all("recording", recorder->counters());
       summary.add_all("recording", recorder->file_counters());
       summary.add_all("recording's buffer", file_ring_.counters());
+      summary.add_all("recording's disk", file_sync_.counters());
     }
     if (archive_.problem() != ScanFileProblem::none)
       fmt::print(stderr, "alcesd: {}: {}\n", settings_.archive, text(archive_.problem()));
@@ -303,6 +313,7 @@ class Program {
   FileSink file_;
   DiskReserve file_reserve_;
   BackgroundSink file_ring_;
+  BackgroundSync file_sync_;
   ScanFile archive_;
   MonotonicStageClock clock_;
   Watchdog watchdog_;

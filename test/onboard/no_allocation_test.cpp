@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "alces_onboard/background_sink.h"
+#include "alces_onboard/background_sync.h"
 #include "alces_onboard/console.h"
 #include "alces_platform/recording/file_sink.h"
 #include "onboard/vehicle_bench.h"
@@ -51,6 +52,7 @@ int main() {
   FileSink file;
   expect(file.open(name.c_str()), "it opens");
   BackgroundSink recording(file, {});
+  BackgroundSync sync({.period_ns = ns_per_ms});
   DescriptorSink terminal(descriptor);
   BackgroundSink lines(terminal, {.ring_bytes = 65536});
   Console console({}, lines);
@@ -62,6 +64,7 @@ int main() {
     Pipeline pipeline(config,
                       {.ports = {&wires, {&wires, &wires}}, .recording = &recording, .listener = &console});
     recording.start();
+    sync.start([] { return sync_folder("/tmp"); }, [&] { return sync_data(file.descriptor()); });
     lines.start();
     pipeline.start_mapping_thread();
     pipeline.start_scanner();
@@ -75,6 +78,7 @@ int main() {
       pipeline.on_event(event);
       if (event.kind == EventKind::tick && event.stamp_ns - shown_ns >= ns_per_s) {
         shown_ns = event.stamp_ns;
+        expect(!sync.news(now_ns()), "the disk takes everything");
         console.show_status(format(pipeline.status(), room), shown_ns);
       }
     }
@@ -93,6 +97,7 @@ int main() {
     expect(console.lines_lost() == 0, "lines are said");
   }
   expect(recording.stop(10 * ns_per_s), "all is on its way to the disk");
+  expect(sync.stop(10 * ns_per_s), "and on it");
   expect(lines.stop(10 * ns_per_s), "and to the terminal");
   expect(file.size() > 1'000'000, "the file is there");
   std::remove(name.c_str());
