@@ -88,13 +88,17 @@ bool Writer::flush() {
   prefix.u64(begin_ns);
   prefix.u64(end_ns);
   prefix.u64(used_bytes_);
-  prefix.u32(crc32(chunk_.subspan(chunk_prefix_bytes, used_bytes_)));
+  const std::uint32_t records_crc = crc32(chunk_.subspan(chunk_prefix_bytes, used_bytes_));
+  prefix.u32(records_crc);
   prefix.string("");
   prefix.u64(used_bytes_);
   const std::size_t indexes_bytes = append_message_indexes();
 
   const std::uint64_t offset = counters_.bytes_written;
-  if (!append(chunk_.first(chunk_prefix_bytes + used_bytes_ + indexes_bytes))) return false;
+  if (!put(chunk_.first(chunk_prefix_bytes + used_bytes_ + indexes_bytes))) return false;
+  data_crc_.add(prefix.written());
+  data_crc_.add_known(records_crc, used_bytes_);
+  data_crc_.add(chunk_.subspan(chunk_prefix_bytes + used_bytes_, indexes_bytes));
 
   add_row({offset, begin_ns, end_ns, used_bytes_, static_cast<std::uint32_t>(indexes_bytes)});
   if (counters_.chunks_written == 0) begin_ns_ = begin_ns;
@@ -181,12 +185,18 @@ std::size_t Writer::append_message_indexes() {
 }
 
 bool Writer::append(std::span<const std::uint8_t> bytes) {
+  if (!put(bytes)) return false;
+  data_crc_.add(bytes);
+  return true;
+}
+
+/// Without its share of the file's CRC.
+bool Writer::put(std::span<const std::uint8_t> bytes) {
   if (!sink_->write(bytes)) {
     ++counters_.write_failures;
     return false;
   }
   counters_.bytes_written += bytes.size();
-  data_crc_.add(bytes);
   return true;
 }
 

@@ -49,6 +49,10 @@ TEST_CASE("the CRC is the one of the catalogue, at any length and in any pieces"
     pieces.add({});
     pieces.add(std::span(bytes).subspan(size / 3));
     CHECK(pieces.value() == slow_crc(bytes));
+    Crc32 joined;
+    joined.add(std::span(bytes).first(size / 3));
+    joined.add_known(crc32(std::span(bytes).subspan(size / 3)), size - size / 3);
+    CHECK(joined.value() == slow_crc(bytes));
     bytes.push_back(static_cast<std::uint8_t>(size * 37 + 11));
   }
 }

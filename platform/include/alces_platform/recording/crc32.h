@@ -2,6 +2,7 @@
 // Polynomial 0x04C11DB7 reflected, start and end value inverted.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -10,6 +11,8 @@ namespace alces {
 class Crc32 {
  public:
   void add(std::span<const std::uint8_t> bytes);
+  /// So many bytes whose own CRC is known: without going over them again.
+  void add_known(std::uint32_t crc, std::size_t size);
   [[nodiscard]] std::uint32_t value() const { return value_; }
 
  private:

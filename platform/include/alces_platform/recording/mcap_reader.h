@@ -136,6 +136,13 @@ class Reader {
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;    ///< of what is not consumed yet
   std::size_t pending_ = 0;  ///< bytes of the record just read, consumed when the next one is asked for
+  /// Of these, `size` behind the first `begin`: their CRC, where a chunk's own was checked.
+  struct Checked {
+    std::size_t begin = 0;
+    std::size_t size = 0;
+    std::uint32_t crc = 0;
+  };
+  Checked checked_;
   bool source_ended_ = false;
 
   std::vector<std::uint8_t> unpacked_;  ///< of the current chunk, where it is compressed

@@ -12,7 +12,7 @@
 // applications and readers pass over. At the end the pages are read back, and the summary is made of them.
 //
 // Memory: chunk_bytes + 32 * messages_per_chunk + chunk_capacity * (36 + 2 * channels) + 8 * page_capacity,
-// and the head's size. Time: O(bytes); one CRC over the chunk and one over the file.
+// and the head's size. Time: O(bytes); one CRC, which is the chunk's and goes into the file's.
 #pragma once
 
 #include <cstddef>
@@ -148,6 +148,7 @@ class Writer {
   [[nodiscard]] bool add_chunk_indexes(Summary& summary);
   [[nodiscard]] std::size_t append_message_indexes();
   [[nodiscard]] bool append(std::span<const std::uint8_t> bytes);
+  [[nodiscard]] bool put(std::span<const std::uint8_t> bytes);
   [[nodiscard]] bool ensure_head();
   void start_chunk();
 
