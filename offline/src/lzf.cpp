@@ -1,37 +1,21 @@
 #include "alces_offline/lzf.h"
 
-#include <algorithm>
+extern "C" {
+#include <lzf.h>
+}
+
+#include <limits>
 
 namespace alces::offline {
 
 bool lzf_decompress(std::string_view compressed, std::span<char> out) {
-  std::size_t in = 0;
-  std::size_t filled = 0;
-  const auto next = [&] { return static_cast<std::size_t>(static_cast<unsigned char>(compressed[in++])); };
-  while (in < compressed.size()) {
-    const std::size_t control = next();
-    if (control < 32) {  // 000LLLLL: L + 1 literals
-      const std::size_t length = control + 1;
-      if (length > compressed.size() - in || length > out.size() - filled) return false;
-      std::copy_n(compressed.data() + in, length, out.data() + filled);
-      in += length;
-      filled += length;
-    } else {  // LLLooooo [LLLLLLLL] oooooooo: L + 2 bytes from o + 1 bytes back
-      std::size_t length = control >> 5;
-      if (length == 7) {
-        if (in == compressed.size()) return false;
-        length += next();
-      }
-      if (in == compressed.size()) return false;
-      const std::size_t distance = ((control & 31) << 8 | next()) + 1;
-      length += 2;
-      if (distance > filled || length > out.size() - filled) return false;
-      // byte by byte: source and destination may overlap, which repeats a pattern
-      for (const std::size_t stop = filled + length; filled < stop; ++filled)
-        out[filled] = out[filled - distance];
-    }
-  }
-  return filled == out.size();
+  constexpr std::size_t most = std::numeric_limits<unsigned int>::max();
+  if (compressed.size() > most || out.size() > most) return false;
+  if (compressed.empty()) return out.empty();  // LibLZF would read a first byte that is not there
+  const unsigned int filled =
+      ::lzf_decompress(compressed.data(), static_cast<unsigned int>(compressed.size()), out.data(),
+                       static_cast<unsigned int>(out.size()));
+  return filled != 0 && filled == out.size();
 }
 
 }  // namespace alces::offline

@@ -105,6 +105,18 @@ TEST_CASE("remarks behind values and stray lines among them are no values") {
   CHECK_THAT(file.warnings()[1], Catch::StartsWith("drive.dcf:5: [1000]"));
 }
 
+TEST_CASE("lines as long as CiA 306 allows, and indented ones, are read whole") {
+  const std::string name(241, 'n');
+  const auto file = parsed("[1000]\nParameterName=" + name +
+                           "\n  DataType=0x0007\n\tDefaultValue=5\n  [1001]\nDataType=5\nDefaultValue=6\n");
+  CHECK(file.warnings().empty());
+  CHECK(file.name(0x1000) == name);
+  REQUIRE(file.find(0x1000, 0) != nullptr);
+  CHECK(file.find(0x1000, 0)->data_type == 7);
+  CHECK(file.value(0x1000, 0, 1) == 5);
+  CHECK(file.value(0x1001, 0, 1) == 6);
+}
+
 TEST_CASE("what is no EDS is refused with the line") {
   CHECK_THAT(complaint("[FileInfo]\nFileName=a\nthis is prose\n"),
              Catch::Contains("drive.dcf:3:") && Catch::Contains("EDS"));

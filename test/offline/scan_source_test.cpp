@@ -354,6 +354,8 @@ TEST_CASE("LZF that is damaged anywhere is refused or fills its output, never mo
     (void)lzf_decompress(damaged, out);  // the sanitizers look on
   }
   CHECK_FALSE(lzf_decompress(compressed.substr(0, compressed.size() - 1), out));
+  CHECK_FALSE(lzf_decompress("", out));
+  CHECK(lzf_decompress("", {}));
 }
 
 TEST_CASE("a cut off binary PCD says how many points are there and promised") {
