@@ -16,6 +16,7 @@
 #include "alces_offline/map_entropy.h"
 #include "alces_offline/output_file.h"
 #include "alces_offline/scan_source.h"
+#include "alces_offline/statistics_json.h"
 #include "alces_offline/trajectory.h"
 #include "command.h"
 
@@ -49,15 +50,6 @@ Consistency: for a pair of scans at their map poses, the distance of every third
 neighbour in the other (within 1 m), along that neighbour's normal; the median over the points, then over the pairs.
 Beside it the mean map entropy and mean plane variance: how crisp surfaces are, lower is better; they compare maps of the
 same scans.)";
-
-nlohmann::json to_json(const Statistics& statistics) {
-  return {{"count", statistics.count},
-          {"mean", statistics.mean},
-          {"standard_deviation", statistics.standard_deviation},
-          {"median", statistics.median},
-          {"rmse", statistics.rmse},
-          {"max", statistics.max}};
-}
 
 void print_row(const char* name, const char* unit, const Statistics& s) {
   fmt::print("  {:<34}{:>10.4f} ± {:<10.4f}{:>10.4f}{:>10.4f}{:>10.4f}  {}\n", name, s.mean,

@@ -15,6 +15,7 @@
 
 #include "alces_offline/error.h"
 #include "alces_offline/output_file.h"
+#include "alces_platform/recording/file_sink.h"
 
 namespace alces::offline {
 namespace {
@@ -180,11 +181,8 @@ void StagedFolder::fail(const std::string& what, int error_number) const {
 }
 
 void StagedFolder::sync(const fs::path& folder) const {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) fail("cannot be written", errno);
-  const int failed = ::fsync(descriptor) == 0 ? 0 : errno;
-  ::close(descriptor);
-  if (failed != 0 && failed != EINVAL) fail("cannot be written", failed);
+  const int failed = sync_folder(folder.c_str());
+  if (failed != 0) fail("cannot be written", failed);
 }
 
 void StagedFolder::commit() {

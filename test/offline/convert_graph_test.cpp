@@ -13,6 +13,7 @@
 #include "alces_offline/trajectory.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
+#include "refusal.h"
 #include "run_alces.h"
 #include "support/sample_graph.h"
 
@@ -209,13 +210,7 @@ TEST_CASE("what is no graph, or cannot become one, is refused in one sentence, a
   folder.write("one.tum", "0 0 0 0 0 0 0 1\n");
   folder.write("cloud.xyz", "1,2,3\n");
   const auto refuse = [&](const std::string& arguments, int status, const char* words) {
-    CAPTURE(arguments);
-    const ProgramOutcome outcome = run_alces(folder, "convert " + arguments);
-    INFO(outcome.err);
-    CHECK(outcome.status == status);
-    CHECK_THAT(outcome.err, Catch::StartsWith("alces: "));
-    if (status != 2) CHECK(is_one_sentence(outcome.err));  // after a wrong call: where to find help
-    CHECK_THAT(outcome.err, Contains(words));
+    check_refusal(folder, "convert " + arguments, status, words);
   };
   refuse("tag.g2o out.graph", 3, "tag.g2o:3");
   refuse("missing.g2o out.graph", 3, "missing.g2o:3");

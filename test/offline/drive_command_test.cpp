@@ -9,6 +9,7 @@
 #include "alces_offline/drive_simulation.h"
 #include "alces_offline/error.h"
 #include "alces_offline/trajectory.h"
+#include "refusal.h"
 #include "run_alces.h"
 #include "support/test_data.h"
 
@@ -162,11 +163,7 @@ TEST_CASE("a fault on the way is reported, and the drive goes on") {
 TEST_CASE("what simulate and replay cannot do they say in one sentence") {
   const TemporaryFolder& folder = short_drive();
   const auto check = [&](const std::string& arguments, int status, const std::string& names) {
-    const ProgramOutcome outcome = run_alces(folder, arguments);
-    CAPTURE(arguments, outcome.err);
-    CHECK(outcome.status == status);
-    CHECK_THAT(outcome.err, Contains(names));
-    if (status != 2) CHECK(is_one_sentence(outcome.err));
+    check_refusal(folder, arguments, status, names);
   };
   check("simulate --scans 5", 2, "--out");
   check("simulate --scans 5 --out x.mcap --fault earthquake@3", 2, "earthquake");

@@ -56,15 +56,10 @@ Place make_corridors(std::uint64_t seed) {
       }
     }
   }
-  Lanes lanes;
-  lanes.end_m = length_m;
-  lanes.second_m = apart_m;
-  lanes.around_m = end_m / 2;
-  lanes.offset_m = random.uniform(-1, 1) * (width_m / 2 - 0.8);
-  lanes.opposite = random.chance(0.4);
+  const Lanes lanes = draw_lanes(random, length_m, apart_m, end_m / 2, width_m / 2 - 0.8);
   place.corners_m = way_along(lanes);
   place.what = fmt::format("{:.1f} m wide, doors {}{}", width_m, alike ? "alike" : "here and there",
-                           lanes.opposite ? ", again the other way" : ", again the same way");
+                           again(lanes.opposite));
   return place;
 }
 
@@ -105,16 +100,10 @@ Place make_aisles(std::uint64_t seed) {
       }
     }
   }
-  Lanes lanes;
-  lanes.end_m = length_m;
-  lanes.second_m = apart_m;
-  lanes.around_m = 2;
-  lanes.offset_m = random.uniform(-1, 1) * (width_m / 2 - 0.9);
-  lanes.opposite = random.chance(0.4);
+  const Lanes lanes = draw_lanes(random, length_m, apart_m, 2, width_m / 2 - 0.9);
   place.corners_m = way_along(lanes);
-  place.what =
-      fmt::format("shelves {:.1f} m deep, {}{}", depth_m, filled < 1 ? "filled here and there" : "all full",
-                  lanes.opposite ? ", again the other way" : ", again the same way");
+  place.what = fmt::format("shelves {:.1f} m deep, {}{}", depth_m,
+                           filled < 1 ? "filled here and there" : "all full", again(lanes.opposite));
   return place;
 }
 
@@ -138,15 +127,11 @@ Place make_pillars(std::uint64_t seed) {
           {at.x() + size_m / 2, at.y() + size_m / 2, height_m});
     }
   }
-  Lanes lanes;
-  lanes.end_m = pitch_m * std::floor(26 / pitch_m);
-  lanes.second_m = pitch_m;
-  lanes.around_m = 1.5;
-  lanes.offset_m = random.uniform(-1, 1) * std::min(2.0, (pitch_m - size_m) / 2 - 0.6);
-  lanes.opposite = random.chance(0.4);
+  const Lanes lanes = draw_lanes(random, pitch_m * std::floor(26 / pitch_m), pitch_m, 1.5,
+                                 std::min(2.0, (pitch_m - size_m) / 2 - 0.6));
   place.corners_m = way_along(lanes);
   place.what = fmt::format("pillars every {:.1f} m, the laser reaches {:.0f} m{}", pitch_m, place.reach_m,
-                           lanes.opposite ? ", again the other way" : ", again the same way");
+                           again(lanes.opposite));
   return place;
 }
 

@@ -98,16 +98,10 @@ Place make_streets(std::uint64_t seed) {
     park(place.scene, 0, length_m, -width_m / 2 + 1.4, 0.3, random);
     park(place.scene, 0, length_m, apart_m + width_m / 2 - 1.4, 0.3, random);
   }
-  Lanes lanes;
-  lanes.end_m = length_m;
-  lanes.second_m = apart_m;
-  lanes.around_m = 4;
-  lanes.offset_m = random.uniform(-1, 1) * std::min(2.0, width_m / 2 - 2.6);
-  lanes.opposite = random.chance(0.4);
+  const Lanes lanes = draw_lanes(random, length_m, apart_m, 4, std::min(2.0, width_m / 2 - 2.6));
   place.corners_m = way_along(lanes);
   place.what = fmt::format("{:.1f} m apart, houses of {:.1f} m{}{}", apart_m, pitch_m,
-                           with_cars ? ", parked cars" : "",
-                           lanes.opposite ? ", again the other way" : ", again the same way");
+                           with_cars ? ", parked cars" : "", again(lanes.opposite));
   return place;
 }
 
@@ -221,7 +215,7 @@ Place make_field(std::uint64_t seed) {
     place.corners_m.emplace_back(offset_m, offset_m, 0);
     place.corners_m.emplace_back(width_m + offset_m, offset_m, 0);
   }
-  place.what = fmt::format("{} poles{}", poles, opposite ? ", again the other way" : ", again the same way");
+  place.what = fmt::format("{} poles{}", poles, again(opposite));
   return place;
 }
 

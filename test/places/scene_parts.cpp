@@ -46,6 +46,20 @@ void ground(sim::Scene& scene, const Vector2d& low, const Vector2d& high, std::u
       sim::Ground(low, high, [&](double x, double y) { return relief_m * (along(x) + across(y)); });
 }
 
+Lanes draw_lanes(sim::Random& random, double end_m, double second_m, double around_m, double most_aside_m) {
+  Lanes lanes;
+  lanes.end_m = end_m;
+  lanes.second_m = second_m;
+  lanes.around_m = around_m;
+  lanes.offset_m = random.uniform(-1, 1) * most_aside_m;
+  lanes.opposite = random.chance(0.4);
+  return lanes;
+}
+
+const char* again(bool opposite) {
+  return opposite ? ", again the other way" : ", again the same way";
+}
+
 std::vector<Vector3d> way_along(const Lanes& lanes) {
   const double west = lanes.begin_m - lanes.around_m;
   const double east = lanes.end_m + lanes.around_m;

@@ -35,7 +35,12 @@ struct Lanes {
   double offset_m = 0;  ///< to the side
   bool opposite = false;
 };
+/// `most_aside_m`: of the offset, which is drawn, and so is the direction.
+[[nodiscard]] Lanes draw_lanes(sim::Random& random, double end_m, double second_m, double around_m,
+                               double most_aside_m);
 [[nodiscard]] std::vector<Eigen::Vector3d> way_along(const Lanes& lanes);
+/// Behind what a place is: ", again the other way" or ", again the same way".
+[[nodiscard]] const char* again(bool opposite);
 
 Place make_streets(std::uint64_t seed);
 Place make_corridors(std::uint64_t seed);

@@ -129,16 +129,8 @@ LinkMatching match_links(std::span<const Pose> map_from_scan, ScanCache& cache,
   tbb::task_arena arena(settings.links.threads == 0 ? tbb::task_arena::automatic
                                                     : static_cast<int>(settings.links.threads));
   arena.execute([&] {
-    std::vector<std::uint32_t> needed;
     for (const std::vector<std::size_t>& batch : batch_links(links, cache.capacity())) {
-      needed.clear();
-      for (const std::size_t i : batch) {
-        needed.push_back(links[i].j);
-        needed.push_back(links[i].k);
-      }
-      std::sort(needed.begin(), needed.end());
-      needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
-      cache.load(needed);
+      cache.load(scans_of(links, batch));
       for_each_index(batch.size(), [&](std::size_t at) { match_one(batch[at]); });
     }
   });

@@ -8,6 +8,7 @@
 
 #include "alces_offline/json_text.h"
 #include "alces_offline/output_file.h"
+#include "alces_offline/statistics_json.h"
 
 namespace alces::offline {
 namespace {
@@ -109,15 +110,6 @@ std::string time_table(const ExperimentResult& result) {
          "their solution. *total*: by the clock, with reading the scans; maps written not counted. Online "
          "work "
          "is done by one core (LUM: all), post-processing by all.\n";
-}
-
-Json to_json(const Statistics& statistics) {
-  return {{"count", statistics.count},
-          {"mean", statistics.mean},
-          {"standard_deviation", statistics.standard_deviation},
-          {"median", statistics.median},
-          {"rmse", statistics.rmse},
-          {"max", statistics.max}};
 }
 
 Json to_json(const RowResult& row) {

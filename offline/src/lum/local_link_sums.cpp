@@ -21,6 +21,17 @@ std::vector<std::vector<std::size_t>> batch_links(std::span<const ScanLink> link
   return in_order;
 }
 
+std::vector<std::uint32_t> scans_of(std::span<const ScanLink> links, std::span<const std::size_t> batch) {
+  std::vector<std::uint32_t> scans;
+  for (const std::size_t i : batch) {
+    scans.push_back(links[i].j);
+    scans.push_back(links[i].k);
+  }
+  std::sort(scans.begin(), scans.end());
+  scans.erase(std::unique(scans.begin(), scans.end()), scans.end());
+  return scans;
+}
+
 void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> map_from_scan,
                         const LinkPass& pass, std::span<LinkSums> sums, const Progress& progress) {
   std::vector<std::vector<std::size_t>> batches;
@@ -35,16 +46,8 @@ void LocalLinkSums::sum(std::span<const ScanLink> links, std::span<const Pose> m
   std::mutex reporting;
   std::size_t done = 0;
   arena.execute([&] {
-    std::vector<std::uint32_t> needed;
     for (const std::vector<std::size_t>& batch : batches) {
-      needed.clear();
-      for (const std::size_t i : batch) {
-        needed.push_back(links[i].j);
-        needed.push_back(links[i].k);
-      }
-      std::sort(needed.begin(), needed.end());
-      needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
-      cache_.load(needed);
+      cache_.load(scans_of(links, batch));
       for_each_index(batch.size(), [&](std::size_t at) {
         const std::size_t i = batch[at];
         const ScanLink& link = links[i];

@@ -41,5 +41,8 @@ class LocalLinkSums final : public LinkSumSource {
 /// The links' places in batches of which each needs at most `capacity` scans; capacity is at least 2.
 [[nodiscard]] std::vector<std::vector<std::size_t>> batch_links(std::span<const ScanLink> links,
                                                                 std::size_t capacity);
+/// The scans at the ends of a batch's links, each once, in order.
+[[nodiscard]] std::vector<std::uint32_t> scans_of(std::span<const ScanLink> links,
+                                                  std::span<const std::size_t> batch);
 
 }  // namespace alces::offline
