@@ -222,6 +222,7 @@ void compare(const Options& options) {
     std::fflush(stdout);
     if (!options.no_plots) {
       const PlotReport plots = write_plots(options.out, result, request);
+      for (const std::string& sentence : plots.left_out) fmt::print(stderr, "alces: {}\n", sentence);
       if (!plots.problem.empty()) fmt::print(stderr, "alces: warning: {}\n", plots.problem);
     }
   }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -46,6 +47,8 @@ struct Bench {
 
   explicit Bench(std::string_view rows) {
     request.map = small_request();
+    request.map.config.detector.minimum_gap_m = 0;  // the whole way is 5 m long
+    request.map.config.belief.known_m = 0;          // and so short that the map knows it well
     request.lum.threads = 1;
     request.lum.maximum_iterations = 6;
     request.rows = select_rows(rows);
@@ -119,6 +122,7 @@ TEST_CASE("all eight rows run, each into a map folder, and their errors are thos
     CHECK(row.error->translation_m.count == room_scans);
     CHECK(row.error->translation_m.mean < 0.05);
     CHECK(row.error->translation_m.mean > 0);
+    CHECK((row.loops_closed > 0) == (row.row.key != "icp"));
     CHECK(row.times.icp_s > 0);
     CHECK((row.times.post_front_end_s > 0) == (row.row.post != PostMethod::none));
     CHECK(row.times.total_s >= row.times.icp_s);
@@ -157,6 +161,39 @@ TEST_CASE("all eight rows run, each into a map folder, and their errors are thos
     CHECK(std::filesystem::exists(bench.folder / (std::string("plots/") + figure + ".gp")));
   CHECK_THAT(content_of(bench.folder / "plots/data/trajectory-elch+lum.dat"),
              Contains("# stamp x_m y_m z_m"));
+}
+
+TEST_CASE("run times are drawn of whatever there is: one end alone, less than a millisecond, nothing") {
+  if (std::system("command -v gnuplot >/dev/null") != 0) {
+    WARN("skipped: no gnuplot");
+    return;
+  }
+  struct Case {
+    double front_s;
+    double back_s;
+    bool is_drawn;
+  };
+  for (const Case& each : {Case{0.2, 0.3, true}, Case{0, 0.3, true}, Case{0.2, 0, true},
+                           Case{0.00004, 0.00007, true}, Case{0.001, 0.001, true}, Case{0, 0, false}}) {
+    CAPTURE(each.front_s, each.back_s);
+    const TemporaryFolder folder;
+    ExperimentResult result;
+    for (const CompareRow& row : select_rows("icp,elch,elch+lum")) {
+      RowResult& added = result.rows.emplace_back();
+      added.row = row;
+      added.trajectory.stamps_s = {0, 1};
+      added.trajectory.poses = {room_from_body(0), room_from_body(1)};
+      added.source_index = {0, 1};
+      if (row.key == "icp") continue;
+      added.times.online_front_end_s = each.front_s;
+      added.times.online_back_end_s = each.back_s;
+    }
+    const PlotReport plots = write_plots(folder.path(), result, {});
+    CHECK(plots.problem.empty());
+    CHECK(plots.left_out.empty() == each.is_drawn);
+    CHECK(std::filesystem::exists(folder / "plots/run-time.svg") == each.is_drawn);
+    CHECK(std::filesystem::exists(folder / "plots/run-time.gp") == each.is_drawn);
+  }
 }
 
 TEST_CASE("an experiment that is interrupted keeps the rows before") {

@@ -62,6 +62,8 @@ class Plotter {
   }
   /// Head, body; then the pictures.
   void figure(const std::string& name, int width, int height, const std::string& body);
+  /// A figure that the experiment has no data for; one that an earlier experiment left there goes.
+  void leave_out(const std::string& name, const char* why);
   [[nodiscard]] std::vector<const RowResult*> rows(bool post) const;
 
   fs::path folder_;
@@ -100,11 +102,18 @@ void Plotter::figure(const std::string& name, int width, int height, const std::
   write_text(folder_ / script, fmt::format("name = '{}'\nwidth = {}\nheight = {}\nload 'style.gp'\n{}", name,
                                            width, height, body));
   for (const PictureFormat format : {PictureFormat::svg, PictureFormat::png}) {
-    if (!report_.problem.empty()) return;  // once said is enough
-    report_.problem = draw(gnuplot_, folder_, script, format);
-    if (report_.problem.empty())
+    const std::string problem = draw(gnuplot_, folder_, script, format);
+    if (problem.empty())
       report_.pictures.push_back(folder_ / (name + (format == PictureFormat::png ? ".png" : ".svg")));
+    else if (report_.problem.empty())
+      report_.problem = problem;  // once said is enough
   }
+}
+
+void Plotter::leave_out(const std::string& name, const char* why) {
+  report_.left_out.push_back(fmt::format("the figure {} is left out: {}", name, why));
+  std::error_code ignored;
+  for (const char* extension : {".gp", ".svg", ".png"}) fs::remove(folder_ / (name + extension), ignored);
 }
 
 std::vector<const RowResult*> Plotter::rows(bool post) const {
@@ -248,39 +257,49 @@ void Plotter::convergence(std::size_t watched) {
 }
 
 void Plotter::run_time() {
-  const auto table = [&](bool post) {
+  constexpr double usual_floor_s = 0.001;
+  double floor_s = usual_floor_s;  // the axis is logarithmic: all bars have to stand above it
+  // gnuplot refuses a histogram that has no bar: such a column, and such a panel, is left out.
+  const auto panel = [&](bool post, const char* title) -> std::string {
+    const std::string name = post ? "run-time-post" : "run-time-online";
     std::string text = "# strategy front_end_s back_end_s\n";
+    bool has_front = false;
+    bool has_back = false;
+    const auto number = [&](double time_s, bool& has_any) -> std::string {
+      if (!(time_s > 0)) return "NaN";  // 0 has no logarithm, and no bar
+      has_any = true;
+      while (time_s <= floor_s) floor_s /= 10;
+      return fmt::format("{:.9f}", time_s);
+    };
     for (const RowResult* row : rows(post)) {
       const RowTimes& times = row->times;
       const double front_s = post ? times.post_front_end_s : times.online_front_end_s;
       const double back_s = post ? times.post_back_end_s : times.online_back_end_s;
       if (front_s <= 0 && back_s <= 0) continue;
-      // 0 has no logarithm, and no bar
       text +=
-          fmt::format("\"{}\" {} {}\n", row->row.title, front_s > 0 ? fmt::format("{:.6f}", front_s) : "NaN",
-                      back_s > 0 ? fmt::format("{:.6f}", back_s) : "NaN");
+          fmt::format("\"{}\" {} {}\n", row->row.title, number(front_s, has_front), number(back_s, has_back));
     }
-    data(post ? "run-time-post" : "run-time-online", text);
-  };
-  const auto panel = [&](bool post, const char* title) -> std::string {
-    if (rows(post).empty()) return "";
-    table(post);
-    const std::string file = post ? "'data/run-time-post.dat'" : "'data/run-time-online.dat'";
-    return fmt::format("set title '{}'\n", title) +
-           plot_command({file + " using 2:xtic(1) title 'front end' lc rgb '#56b4e9'",
-                         "'' using 3 title 'back end' lc rgb '#d55e00'"});
+    if (!has_front && !has_back) return "";
+    data(name, text);
+    std::vector<std::string> bars;
+    const std::string file = fmt::format("'data/{}.dat' using ", name);
+    if (has_front) bars.push_back(file + "2:xtic(1) title 'front end' lc rgb '#56b4e9'");
+    if (has_back) bars.push_back(file + "3:xtic(1) title 'back end' lc rgb '#d55e00'");
+    return fmt::format("set title '{}'\n", title) + plot_command(bars);
   };
   const std::string online = panel(false, "while driving, without ICP");
   const std::string post = panel(true, "post-processing");
   const int panels = (online.empty() ? 0 : 1) + (post.empty() ? 0 : 1);
-  if (panels == 0) return;
-  figure("run-time", 560 * panels, 480,
-         fmt::format(
-             "set style data histograms\nset style histogram clustered gap 1\nset style fill solid "
-             "noborder\nset logscale y\nset yrange [0.001:*]\nset format y '%g'\nset ylabel 'run time [s], "
-             "logarithmic'\nset xtics rotate by -25\nset multiplot layout 1,{}\n",
-             panels) +
-             online + post + "unset multiplot\n");
+  if (panels == 0)
+    return leave_out("run-time",
+                     "no strategy closed a loop or relaxed the map, and ICP's time is not part of it");
+  figure(
+      "run-time", 560 * panels, 480,
+      fmt::format("set style data histograms\nset style histogram clustered gap 1\nset style fill solid "
+                  "noborder\nset logscale y\nset yrange [{}:*]\nset format y '%g'\nset ylabel 'run time [s], "
+                  "logarithmic'\nset xtics rotate by -25\nset multiplot layout 1,{}\n",
+                  floor_s, panels) +
+          online + post + "unset multiplot\n");
 }
 
 void Plotter::error_by_loops() {
