@@ -9,6 +9,7 @@ namespace alces::mcap {
 namespace {
 
 constexpr std::size_t read_step_bytes = std::size_t{1} << 16;
+constexpr std::size_t head_copy_within_bytes = std::size_t{4} << 20;  ///< behind the first chunk
 
 /// The fixed part of a chunk with this compression; what comes before the records.
 struct ChunkHeader {
@@ -53,8 +54,22 @@ bool is_index_of_this_length(std::span<const std::uint8_t> content) {
 }
 
 bool is_known(std::uint8_t opcode) {
-  return opcode >= static_cast<std::uint8_t>(Opcode::header) &&
-         opcode <= static_cast<std::uint8_t>(Opcode::data_end);
+  return (opcode >= static_cast<std::uint8_t>(Opcode::header) &&
+          opcode <= static_cast<std::uint8_t>(Opcode::data_end)) ||
+         opcode == static_cast<std::uint8_t>(Opcode::head_copy);
+}
+
+bool is_of_head(std::uint8_t opcode) {
+  switch (static_cast<Opcode>(opcode)) {
+    case Opcode::header:
+    case Opcode::schema:
+    case Opcode::channel:
+    case Opcode::attachment:
+    case Opcode::metadata:
+      return true;
+    default:
+      return false;
+  }
 }
 
 std::string quoted(std::string_view text) {
@@ -105,8 +120,11 @@ void Reader::problem(std::uint64_t at, const std::string& what) {
 }
 
 bool Reader::open() {
+  has_head_copy_ = read_head_copy();
   const Bytes begin = peek(magic.size());
-  if (!std::ranges::equal(begin, magic)) {
+  if (has_head_copy_ && !std::ranges::equal(begin, magic)) {
+    problem(0, "the file's first bytes are damaged; what they say is read from their copy");
+  } else if (!std::ranges::equal(begin, magic)) {
     const bool is_beginning = std::equal(begin.begin(), begin.end(), magic.begin());
     problem(0, is_beginning ? "the file ends within its first 8 bytes; nothing was recorded"
                             : "this is no MCAP file (its first bytes are others)");
@@ -117,6 +135,31 @@ bool Reader::open() {
   while (chunk_.empty() && !loose_message_ && read_record()) {
   }
   return true;
+}
+
+bool Reader::read_head_copy() {
+  const Bytes window = peek(head_copy_within_bytes);
+  for (auto from = window.begin();;) {
+    const auto found = std::search(from, window.end(), magic.begin(), magic.end());
+    if (found == window.end()) return false;
+    from = found + 1;
+    const auto at = static_cast<std::size_t>(found - window.begin());
+    if (at < head_copy_prefix_bytes) continue;
+    ByteReader in(window.subspan(at - head_copy_prefix_bytes));
+    const bool is_copy = in.u8() == static_cast<std::uint8_t>(Opcode::head_copy);
+    const std::uint64_t length = in.u64();
+    const std::uint32_t crc = in.u32();
+    if (!is_copy || length < sizeof crc + magic.size() || length - sizeof crc > in.left()) continue;
+    const Bytes head = window.subspan(at, static_cast<std::size_t>(length) - sizeof crc);
+    if (crc32(head) != crc) continue;
+    ByteReader records(head.subspan(magic.size()));
+    while (records.left() > 0 && !records.failed()) {
+      const std::uint8_t opcode = records.u8();
+      const Bytes content = records.bytes(records.u64());
+      if (!records.failed() && is_of_head(opcode)) read_content(static_cast<Opcode>(opcode), content);
+    }
+    return true;
+  }
 }
 
 bool Reader::next(ReadMessage& message) {
@@ -274,6 +317,7 @@ bool Reader::looks_like_chunk(Bytes record_and_more) {
 void Reader::read_content(Opcode opcode, Bytes content) {
   switch (opcode) {
     case Opcode::header: {
+      if (has_head_copy_) return;
       ByteReader in(content);
       profile_ = in.string();
       library_ = in.string();
@@ -313,6 +357,7 @@ void Reader::read_content(Opcode opcode, Bytes content) {
     case Opcode::attachment_index:
     case Opcode::metadata_index:
     case Opcode::summary_offset:
+    case Opcode::head_copy:
       return;  // for those who jump; we walk
   }
 }
@@ -446,6 +491,7 @@ void Reader::read_attachment(Bytes content) {
     problem(position(), "an attachment that is damaged; it is passed over");
     return;
   }
+  if (has_head_copy_ && attachments_.contains(name)) return;
   attachments_[name] = std::string(reinterpret_cast<const char*>(data.data()), data.size());
 }
 
@@ -463,7 +509,7 @@ void Reader::read_metadata(Bytes content) {
     problem(position(), "a metadata record that is too short");
     return;
   }
-  metadata_[name] = std::move(values);
+  if (!has_head_copy_ || !metadata_.contains(name)) metadata_[name] = std::move(values);
 }
 
 void Reader::read_data_end(Bytes content) {

@@ -3,6 +3,9 @@
 // data end, summary, footer. Every CRC that the format knows is there. Chunks are not compressed: a
 // microcontroller could write them.
 //
+// The head (all before the first chunk) stands once more behind the first chunk, with a CRC of its own: without
+// it no message could be read, and nothing else in the file says it before its end.
+//
 // A chunk goes to the sink in one piece or not at all, so that the file always ends behind a whole chunk.
 // When the sink takes none (disk full) the chunk waits and is tried again; when it is full it is given up and
 // counted, and the next one takes its place. Sequence numbers go on, so a reader sees what is missing.
@@ -137,6 +140,7 @@ class Writer {
   [[nodiscard]] std::size_t append_message_indexes();
   [[nodiscard]] bool append(std::span<const std::uint8_t> bytes);
   [[nodiscard]] bool ensure_head();
+  void append_head_copy();
   void start_chunk();
 
   WriterConfig config_;
@@ -155,6 +159,7 @@ class Writer {
   std::uint32_t entry_count_ = 0;
   std::uint32_t indexed_chunks_ = 0;
   bool head_written_ = false;
+  bool is_head_copied_ = false;
   bool finished_ = false;
   Place metadata_;
   Place attachment_;
