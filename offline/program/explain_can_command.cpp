@@ -31,7 +31,7 @@ marked with '!' and repeated in the summary: refusals, emergencies, faults, rest
 again within ten seconds is counted in the summary and not printed.)";
 
 constexpr std::size_t most_listed = 50;
-constexpr double fold_s = 10;            ///< an emergency that comes again within this is counted, not printed ...
+constexpr double fold_s = 10;  ///< an emergency that comes again within this is counted, not printed ...
 constexpr std::size_t fold_lines = 1000;  ///< ... or within so many lines, where a trace has no times
 
 struct Options {
@@ -83,9 +83,9 @@ class EmergencyFolds {
   /// False: it was counted. Else how often it had come meanwhile is behind `folded_before`.
   bool is_to_print(const CandumpLine& line, const std::string& text, std::size_t& folded_before) {
     Fold& fold = folds_[line.channel + " " + text];
-    const bool is_again = fold.last_line != 0 && (line.stamp_s && fold.last_s
-                                                      ? *line.stamp_s - *fold.last_s < fold_s
-                                                      : line.line - fold.last_line < fold_lines);
+    const bool is_again =
+        fold.last_line != 0 && (line.stamp_s && fold.last_s ? *line.stamp_s - *fold.last_s < fold_s
+                                                            : line.line - fold.last_line < fold_lines);
     fold.last_line = line.line;
     fold.last_s = line.stamp_s;
     if (is_again) {
@@ -129,10 +129,8 @@ Json json_of(const Summary& summary) {
   json["abnormal_frames"] = summary.abnormal_count;
   Json& abnormal = json["abnormal"] = Json::array();
   for (const Abnormal& each : summary.abnormal)
-    abnormal.push_back({{"line", each.line},
-                        {"text", each.text},
-                        {"times", each.times},
-                        {"last_line", each.last_line}});
+    abnormal.push_back(
+        {{"line", each.line}, {"text", each.text}, {"times", each.times}, {"last_line", each.last_line}});
   json["open"] = summary.open;
   return json;
 }

@@ -297,10 +297,9 @@ void optimize(const CLI::App& verb, const Options& options) {
   report.update(outcome.details);
   if (!outcome.keeps_edges) report.erase("chi_squared_before");
   if (map) {
-    const nlohmann::json run =
-        write_map_graph(options.out, *map, graph, report, [&](const fs::path& folder) {
-          if (outcome.lum) write_covariances(*outcome.lum, *map, folder);
-        });
+    const nlohmann::json run = write_map_graph(options.out, *map, graph, report, [&](const fs::path& folder) {
+      if (outcome.lum) write_covariances(*outcome.lum, *map, folder);
+    });
     for (const char* key : {"verdict", "health"})
       if (run.contains(key)) report[key] = run[key];
   } else if (has_graph_name(options.out)) {

@@ -228,7 +228,8 @@ std::vector<std::string> DriveReplay::warnings() const {
     warnings.push_back(
         fmt::format("{} more problems of the recording", problems.count - problems.sentences.size()));
   if (is_without_can_)
-    warnings.push_back("nothing of a CAN bus is in the drive: replayed as if there were no motor to wait for");
+    warnings.push_back(
+        "nothing of a CAN bus is in the drive: replayed as if there were no motor to wait for");
   for (const std::string& file : traces_.unknown_files)
     warnings.push_back(file + ": not understood, left out");
   const std::lock_guard lock(mutex_);

@@ -319,7 +319,8 @@ void Pipeline::on_result(const MapResult& result) {
     say(NoticeKind::edges, "edges of the graph are not recorded: more at once than there is room for; so far",
         counters_.edges_skipped);
   }
-  if (result.report.archive_failed || (result.has_loop && result.loop.verdict == LoopVerdict::refused_archive))
+  if (result.report.archive_failed ||
+      (result.has_loop && result.loop.verdict == LoopVerdict::refused_archive))
     say(NoticeKind::archive_loss,
         "scans cannot be brought back from the archive, and are not matched with; so far",
         ++counters_.archive_losses);

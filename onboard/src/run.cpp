@@ -268,14 +268,12 @@ class Program {
                        file_ring_.was_left() || is_closer_left_ ? std::string("its disk does not answer")
                                                                 : reason_of(file_.error_number()))});
     if (pipeline_->was_mapper_left())
-      ends.push_back({ExitStatus::hung,
-                      fmt::format("the mapper did not come back from its last scan{}: it was left{}",
-                                  settings_.archive.empty()
-                                      ? ""
-                                      : " (does the disk of " + settings_.archive + " answer?)",
-                                  is_whole && plan_.pipeline.records
-                                      ? "; the recording is whole, alces replay maps it"
-                                      : "")});
+      ends.push_back(
+          {ExitStatus::hung,
+           fmt::format(
+               "the mapper did not come back from its last scan{}: it was left{}",
+               settings_.archive.empty() ? "" : " (does the disk of " + settings_.archive + " answer?)",
+               is_whole && plan_.pipeline.records ? "; the recording is whole, alces replay maps it" : "")});
     if (!pipeline_->is_motor_confirmed()) ends.push_back({ExitStatus::motor, motor_left_sentence()});
     if (ends.empty()) return {};
     End worst = std::move(ends.back());

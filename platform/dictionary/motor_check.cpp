@@ -99,7 +99,8 @@ class MotorCheck {
   }
 
  private:
-  void find(bool is_error, const Place& place, const std::string& what, const ObjectDescription* object = nullptr) {
+  void find(bool is_error, const Place& place, const std::string& what,
+            const ObjectDescription* object = nullptr) {
     const std::size_t line = place.row ? settings::row_line(text_, "motor", place.key, *place.row)
                                        : settings::key_line(text_, "motor", place.key);
     std::string sentence = configuration_.string();
@@ -146,7 +147,8 @@ class MotorCheck {
     check_size(place, at, bytes, *object);
   }
 
-  void check_size(const Place& place, ObjectAddress at, std::uint32_t bytes, const ObjectDescription& object) {
+  void check_size(const Place& place, ObjectAddress at, std::uint32_t bytes,
+                  const ObjectDescription& object) {
     const std::uint32_t own = bytes_of(object.data_type);
     if (bytes != 0 && own != 0 && own != bytes)
       find(true, place, fmt::format("{} has {} bytes, not {}", named(at), own, bytes), &object);
@@ -181,7 +183,8 @@ class MotorCheck {
   void check_mode() {
     const Place place{"writes_mode", {}};
     if (motor_.writes_mode)
-      write(place, {of_axis(cia402::mode_index, motor_.axis), 0}, 1, "writes_mode = false leaves it as it is");
+      write(place, {of_axis(cia402::mode_index, motor_.axis), 0}, 1,
+            "writes_mode = false leaves it as it is");
     if (motor_.verifies_mode)
       read({"verifies_mode", {}}, {of_axis(cia402::mode_display_index, motor_.axis), 0}, 1);
     const ObjectAddress modes{of_axis(cia402::supported_modes_index, motor_.axis), 0};

@@ -127,7 +127,7 @@ class ObjectDictionaryFileParser {
     expand_compact();
     if (result_.objects_.empty() && stray_line_ > 0) {
       throw error_of(file_, stray_line_,
-                       "is neither a [section] nor Name=value; is this an EDS or DCF file?");
+                     "is neither a [section] nor Name=value; is this an EDS or DCF file?");
     }
     if (result_.objects_.empty()) {
       throw error_of(file_, "holds no object such as [1000]; is this an EDS or DCF file?");
@@ -150,8 +150,7 @@ class ObjectDictionaryFileParser {
     if (line.empty() || line.front() == ';' || line.front() == '#') return;
     if (line.front() == '[') {
       const std::size_t end = line.find(']');
-      if (end == std::string_view::npos)
-        throw error_of(file_, line_, "a section's name has no closing ']'");
+      if (end == std::string_view::npos) throw error_of(file_, line_, "a section's name has no closing ']'");
       end_section();
       section_ = lower(trimmed(line.substr(1, end - 1)));
       section_line_ = line_;
@@ -195,7 +194,7 @@ class ObjectDictionaryFileParser {
     const std::optional<std::int64_t> node = object_value(entry->second.value, 0);
     if (!node || *node < 1 || *node > 127) {
       throw error_of(file_, entry->second.line,
-                       fmt::format("NodeID={} is no node number (1 to 127)", entry->second.value));
+                     fmt::format("NodeID={} is no node number (1 to 127)", entry->second.value));
     }
     result_.node_ = static_cast<std::uint8_t>(*node);
   }
@@ -231,7 +230,7 @@ class ObjectDictionaryFileParser {
     const std::int64_t type = number_of("datatype");
     if (type < 0 || type > 0xFFFF) {
       throw error_of(file_, entries_["datatype"].line,
-                       fmt::format("[{}]: DataType={} is no data type", section_, type));
+                     fmt::format("[{}]: DataType={} is no data type", section_, type));
     }
     object.data_type = static_cast<std::uint16_t>(type);
     object.access = lower(text_of("accesstype"));
@@ -261,7 +260,7 @@ class ObjectDictionaryFileParser {
     const std::int64_t count = number_of("compactsubobj");
     if (count > static_cast<std::int64_t>(highest_sub)) {
       throw error_of(file_, entries_["compactsubobj"].line,
-                       fmt::format("CompactSubObj={} is more than 254", count));
+                     fmt::format("CompactSubObj={} is more than 254", count));
     }
     compacts_.push_back({index, static_cast<std::size_t>(count), description()});
     result_.names_[index] = compacts_.back().description.name;
@@ -301,7 +300,7 @@ class ObjectDictionaryFileParser {
     const std::optional<std::int64_t> value = object_value(entry->second.value, 0);
     if (!value) {
       throw error_of(file_, entry->second.line,
-                       fmt::format("[{}]: {}={} is no number", section_, key, entry->second.value));
+                     fmt::format("[{}]: {}={} is no number", section_, key, entry->second.value));
     }
     return *value;
   }

@@ -53,6 +53,15 @@ bool is_index_of_this_length(std::span<const std::uint8_t> content) {
   return !in.failed() && entries_bytes == in.left();
 }
 
+/// The whole of a copy's record, with the right CRC.
+bool is_head_copy(std::span<const std::uint8_t> content) {
+  ByteReader in(content);
+  const std::uint32_t crc = in.u32();
+  const std::span<const std::uint8_t> head = in.bytes(in.left());
+  return head.size() >= magic.size() && std::equal(magic.begin(), magic.end(), head.begin()) &&
+         crc == crc32(head);
+}
+
 bool is_known(std::uint8_t opcode) {
   return (opcode >= static_cast<std::uint8_t>(Opcode::header) &&
           opcode <= static_cast<std::uint8_t>(Opcode::data_end)) ||
@@ -120,24 +129,22 @@ void Reader::problem(std::uint64_t at, const std::string& what) {
 }
 
 bool Reader::open() {
-  has_head_copy_ = read_head_copy();
-  const Bytes begin = peek(magic.size());
-  if (has_head_copy_ && !std::ranges::equal(begin, magic)) {
-    problem(0, "the file's first bytes are damaged; what they say is read from their copy");
-  } else if (!std::ranges::equal(begin, magic)) {
+  const bool is_head_read = read_head_by_copy();
+  const Bytes begin = is_head_read ? Bytes() : peek(magic.size());
+  if (!is_head_read && !std::ranges::equal(begin, magic)) {
     const bool is_beginning = std::equal(begin.begin(), begin.end(), magic.begin());
     problem(0, is_beginning ? "the file ends within its first 8 bytes; nothing was recorded"
                             : "this is no MCAP file (its first bytes are others)");
     done_ = true;
     return false;
   }
-  consume(magic.size());
+  if (!is_head_read) consume(magic.size());
   while (chunk_.empty() && !loose_message_ && read_record()) {
   }
   return true;
 }
 
-bool Reader::read_head_copy() {
+bool Reader::read_head_by_copy() {
   const Bytes window = peek(head_copy_within_bytes);
   for (auto from = window.begin();;) {
     const auto found = std::search(from, window.end(), magic.begin(), magic.end());
@@ -145,19 +152,24 @@ bool Reader::read_head_copy() {
     from = found + 1;
     const auto at = static_cast<std::size_t>(found - window.begin());
     if (at < head_copy_prefix_bytes) continue;
-    ByteReader in(window.subspan(at - head_copy_prefix_bytes));
-    const bool is_copy = in.u8() == static_cast<std::uint8_t>(Opcode::head_copy);
-    const std::uint64_t length = in.u64();
-    const std::uint32_t crc = in.u32();
-    if (!is_copy || length < sizeof crc + magic.size() || length - sizeof crc > in.left()) continue;
-    const Bytes head = window.subspan(at, static_cast<std::size_t>(length) - sizeof crc);
-    if (crc32(head) != crc) continue;
+    const Bytes record = window.subspan(at - head_copy_prefix_bytes);
+    const std::uint64_t length = ByteReader(record.subspan(1)).u64();
+    if (record[0] != static_cast<std::uint8_t>(Opcode::head_copy) ||
+        length > record.size() - record_header_bytes ||
+        !is_head_copy(record.subspan(record_header_bytes, static_cast<std::size_t>(length))))
+      continue;
+    const Bytes head =
+        record.subspan(head_copy_prefix_bytes, static_cast<std::size_t>(length) - sizeof(std::uint32_t));
+    if (head.size() > at - head_copy_prefix_bytes) continue;
     ByteReader records(head.subspan(magic.size()));
     while (records.left() > 0 && !records.failed()) {
       const std::uint8_t opcode = records.u8();
       const Bytes content = records.bytes(records.u64());
       if (!records.failed() && is_of_head(opcode)) read_content(static_cast<Opcode>(opcode), content);
     }
+    if (!std::ranges::equal(window.first(head.size()), head))
+      problem(0, "the file's first bytes are damaged; what they say is read from their copy");
+    consume(head.size());
     return true;
   }
 }
@@ -200,6 +212,8 @@ bool Reader::read_record() {
     return resynchronise("a chunk whose lengths do not fit");
   if (opcode == static_cast<std::uint8_t>(Opcode::message_index) && !is_index_of_this_length(content))
     return resynchronise("a message index whose lengths do not fit");
+  if (opcode == static_cast<std::uint8_t>(Opcode::head_copy) && !is_head_copy(content))
+    return resynchronise("a copy of the file's first bytes that is damaged");
 
   pending_ = whole;
   if (!is_known(opcode)) {
@@ -317,7 +331,6 @@ bool Reader::looks_like_chunk(Bytes record_and_more) {
 void Reader::read_content(Opcode opcode, Bytes content) {
   switch (opcode) {
     case Opcode::header: {
-      if (has_head_copy_) return;
       ByteReader in(content);
       profile_ = in.string();
       library_ = in.string();
@@ -491,7 +504,6 @@ void Reader::read_attachment(Bytes content) {
     problem(position(), "an attachment that is damaged; it is passed over");
     return;
   }
-  if (has_head_copy_ && attachments_.contains(name)) return;
   attachments_[name] = std::string(reinterpret_cast<const char*>(data.data()), data.size());
 }
 
@@ -509,7 +521,7 @@ void Reader::read_metadata(Bytes content) {
     problem(position(), "a metadata record that is too short");
     return;
   }
-  if (!has_head_copy_ || !metadata_.contains(name)) metadata_[name] = std::move(values);
+  metadata_[name] = std::move(values);
 }
 
 void Reader::read_data_end(Bytes content) {

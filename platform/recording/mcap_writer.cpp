@@ -40,8 +40,8 @@ Writer::Writer(Arena& arena, const WriterConfig& config, ByteSink* sink) : confi
   ByteWriter dry({});
   write_head(dry);
   const std::size_t channels = config.channels.size();
-  scratch_ = arena.allocate<std::uint8_t>(
-      std::max<std::size_t>(head_copy_prefix_bytes + dry.position(), 16384));
+  scratch_ =
+      arena.allocate<std::uint8_t>(std::max<std::size_t>(head_copy_prefix_bytes + dry.position(), 16384));
   chunk_ =
       arena.allocate<std::uint8_t>(chunk_prefix_bytes + config.chunk_bytes + channels * index_header_bytes +
                                    std::size_t{config.messages_per_chunk} * index_entry_bytes);

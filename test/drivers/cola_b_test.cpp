@@ -332,7 +332,8 @@ TEST_CASE("a laser of several layers is refused by name, with its middle layer")
   const std::size_t told = rig.notices.size();
   for (std::uint16_t i = 2; i < 42; ++i) {
     constexpr int layers[] = {-500, 0, 250, -250};
-    rig.driver.on_bytes(frame(scan_payload({.telegram_counter = i, .layer_angle = layers[i % 4]})), rig.now_ns);
+    rig.driver.on_bytes(frame(scan_payload({.telegram_counter = i, .layer_angle = layers[i % 4]})),
+                        rig.now_ns);
   }
   CHECK(rig.profiles.size() == 1);
   CHECK(rig.driver.counters().layers_refused == 40);

@@ -101,7 +101,8 @@ TEST_CASE("a background sink ends even when the sink below never takes anything,
   CHECK(below.writes().empty());
 }
 
-TEST_CASE("a background sink does not wait for a sink below that does not come back, and says that it was left") {
+TEST_CASE(
+    "a background sink does not wait for a sink below that does not come back, and says that it was left") {
   class HangingSink final : public ByteSink {
    public:
     [[nodiscard]] bool write(std::span<const std::uint8_t>) override {

@@ -133,7 +133,8 @@ TEST_CASE("memory that is too small is a configuration error that says how much 
 }
 
 TEST_CASE("memory that the machine does not have ends alcesd with a sentence that says what it was for") {
-  if (std::string(ALCESD_PROGRAM).find("asan") != std::string::npos) return;  // it takes terabytes of addresses
+  if (std::string(ALCESD_PROGRAM).find("asan") != std::string::npos)
+    return;  // it takes terabytes of addresses
   const Folder folder;
   settings::VehicleSettings vehicle = settings::default_vehicle_settings();
   vehicle.memory_bytes = std::size_t{3} << 30;
@@ -153,7 +154,8 @@ TEST_CASE("alcesd --dry-run --dcf holds the motor's table against the drive's ow
   const std::string dry_run = "--config " + config.string() + " --dry-run --dcf ";
   const Outcome lacking = alcesd(dry_run + eds.string());
   CHECK(lacking.status == 3);
-  CHECK_THAT(lacking.output, Contains("vehicle.toml:") && Contains("motor.tpdos: the drive has no 0x6041:00") &&
+  CHECK_THAT(lacking.output, Contains("vehicle.toml:") &&
+                                 Contains("motor.tpdos: the drive has no 0x6041:00") &&
                                  Contains("drive.eds)"));
   const Outcome absent = alcesd(dry_run + (folder.path() / "absent.eds").string());
   CHECK(absent.status == 3);

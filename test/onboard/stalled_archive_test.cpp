@@ -52,10 +52,8 @@ template <class Archive>
 struct ArchiveBench {
   explicit ArchiveBench(std::size_t scans)
       : bench(scans),
-        pipeline(archiving(), {.ports = bench.ports(),
-                               .recording = &sink,
-                               .archive = &archive,
-                               .listener = &notices}),
+        pipeline(archiving(),
+                 {.ports = bench.ports(), .recording = &sink, .archive = &archive, .listener = &notices}),
         feeder(pipeline) {
     feeder.maps = false;  // after each event would be a try of the archive each
     pipeline.start_scanner();
@@ -73,9 +71,7 @@ struct ArchiveBench {
     std::array<char, 512> room{};
     return std::string(format(pipeline.status(), room));
   }
-  [[nodiscard]] bool head_turns() {
-    return bench.vehicle().drive().head_turns_per_s_at(bench.now_ns()) != 0;
-  }
+  [[nodiscard]] bool head_turns() { return bench.vehicle().drive().head_turns_per_s_at(bench.now_ns()) != 0; }
   void run_until_mapped(std::uint64_t scans) {
     for (int i = 0; i < 300 && pipeline.counters().scans_mapped < scans; ++i) run_for(100 * ns_per_ms);
     REQUIRE(pipeline.counters().scans_mapped >= scans);
@@ -127,7 +123,8 @@ struct HungBench : ArchiveBench<StalledArchive> {
 
 }  // namespace
 
-TEST_CASE("an archive that is full for three seconds costs no scan, is told, and the map goes on to the bit") {
+TEST_CASE(
+    "an archive that is full for three seconds costs no scan, is told, and the map goes on to the bit") {
   std::vector<Pose> undisturbed;
   {
     ArchiveBench<test::MemoryArchive> bench(8);
@@ -223,7 +220,8 @@ TEST_CASE("while the mapper hangs in a stalled archive the watchdog is told noth
   CHECK(bench.notices.has("mapper: is back; the map goes on"));
 }
 
-TEST_CASE("told to stop while the mapper hangs: the head stands, the recording is whole, the mapper is left") {
+TEST_CASE(
+    "told to stop while the mapper hangs: the head stands, the recording is whole, the mapper is left") {
   HungBench bench;
   const bool was_known_before = GENERATE(false, true);
   if (was_known_before) bench.bench.run_for(21 * ns_per_s, bench.feeder);

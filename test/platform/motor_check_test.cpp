@@ -67,10 +67,12 @@ const char* const table =
     "  {index = 0x6083, bytes = 4, value = 1000},\n"
     "]\n"
     "tpdos = [\n"
-    "  {number = 1, transmission_type = 1, entries = [{index = 0x6041, bits = 16}, {index = 0x6064, bits = 32}]},\n"
+    "  {number = 1, transmission_type = 1, entries = [{index = 0x6041, bits = 16}, {index = 0x6064, bits = "
+    "32}]},\n"
     "  {number = 2, transmission_type = 1, entries = [{index = 0x606C, bits = 32}]},\n"
     "]\n"
-    "rpdos = [{number = 1, transmission_type = 1, entries = [{index = 0x6040, bits = 16}, {index = 0x60FF, bits = "
+    "rpdos = [{number = 1, transmission_type = 1, entries = [{index = 0x6040, bits = 16}, {index = 0x60FF, "
+    "bits = "
     "32}]}]\n"
     "tpdos_to_disable = []\n"
     "rpdos_to_disable = [{number = 2}]\n";
@@ -108,8 +110,8 @@ TEST_CASE("an object that the drive does not have is named with the line that as
   drive.erase("6083");
   const MotorFinding found = finding(drive);
   CHECK(found.is_error);
-  CHECK_THAT(found.sentence, Contains("vehicle.toml:6: motor.writes: the drive has no 0x6083:00") &&
-                                 Contains("(drive.eds)"));
+  CHECK_THAT(found.sentence,
+             Contains("vehicle.toml:6: motor.writes: the drive has no 0x6083:00") && Contains("(drive.eds)"));
 }
 
 TEST_CASE("an object that cannot be written is named with the lines of both files") {
@@ -164,20 +166,21 @@ TEST_CASE("a mapping and a transmission type that are fixed are told with the ke
                                                  Contains("is 0x60640020 and not 0x606C0020 (drive.eds:"));
   drive = small_drive();
   drive["1400sub2"].access = "ro";
-  CHECK_THAT(finding(drive).sentence,
-             Contains("vehicle.toml:12: motor.rpdos: 0x1400:02") && Contains("keeps_transmission_type = true"));
+  CHECK_THAT(finding(drive).sentence, Contains("vehicle.toml:12: motor.rpdos: 0x1400:02") &&
+                                          Contains("keeps_transmission_type = true"));
   drive = small_drive();
   drive.erase("1401sub1");
-  CHECK_THAT(finding(drive).sentence, Contains("vehicle.toml:14: motor.rpdos_to_disable: the drive has no 0x1401:01") &&
-                                          Contains("need not be disabled"));
+  CHECK_THAT(finding(drive).sentence,
+             Contains("vehicle.toml:14: motor.rpdos_to_disable: the drive has no 0x1401:01") &&
+                 Contains("need not be disabled"));
 }
 
 TEST_CASE("a drive without profile velocity mode, another node and another device are told") {
   auto drive = small_drive();
   drive["6502"].value = "0x21";
-  CHECK_THAT(finding(drive).sentence, Contains("no profile velocity mode") && Contains("0x21, without bit 2"));
-  const std::vector<MotorFinding> other =
-      findings(small_drive(), table, "[DeviceComissioning]\nNodeID=9\n");
+  CHECK_THAT(finding(drive).sentence,
+             Contains("no profile velocity mode") && Contains("0x21, without bit 2"));
+  const std::vector<MotorFinding> other = findings(small_drive(), table, "[DeviceComissioning]\nNodeID=9\n");
   REQUIRE(other.size() == 1);
   CHECK_THAT(other[0].sentence, Contains("vehicle.toml:2: motor.node: is 3, but the file describes node 9"));
   drive = small_drive();
@@ -202,8 +205,8 @@ TEST_CASE("a drive that would turn on without its master is a warning, as at eve
   drive["6007"].access = "ro";
   found = finding(drive);
   CHECK_FALSE(found.is_error);
-  CHECK_THAT(found.sentence, Contains("0x6007:00") && Contains("is 0 and cannot be written") &&
-                                 Contains(turns_on));
+  CHECK_THAT(found.sentence,
+             Contains("0x6007:00") && Contains("is 0 and cannot be written") && Contains(turns_on));
   drive["6007"].value = "2";
   CHECK(findings(drive).empty());
 
@@ -211,11 +214,13 @@ TEST_CASE("a drive that would turn on without its master is a warning, as at eve
   drive.erase("1016sub1");
   found = finding(drive);
   CHECK(found.is_error);
-  CHECK_THAT(found.sentence, Contains("vehicle.toml:3: motor.own_heartbeat_timeout_ms: the drive has no 0x1016:01") &&
-                                 Contains("cannot watch this computer"));
+  CHECK_THAT(found.sentence,
+             Contains("vehicle.toml:3: motor.own_heartbeat_timeout_ms: the drive has no 0x1016:01") &&
+                 Contains("cannot watch this computer"));
   found = finding(drive, table_with("own_heartbeat_timeout_ms = 1000", "own_heartbeat_timeout_ms = 0"));
   CHECK_FALSE(found.is_error);
-  CHECK_THAT(found.sentence, Contains("vehicle.toml:3: motor.own_heartbeat_timeout_ms: is 0") && Contains(turns_on));
+  CHECK_THAT(found.sentence,
+             Contains("vehicle.toml:3: motor.own_heartbeat_timeout_ms: is 0") && Contains(turns_on));
   CHECK(findings(drive, table_with("own_heartbeat_timeout_ms = 1000",
                                    "own_heartbeat_timeout_ms = 0\n"
                                    "watchdog_writes = [{index = 0x6083, bytes = 4, value = 1}]"))
@@ -227,8 +232,8 @@ TEST_CASE("the shipped table suits the file of the drive that it is for, but for
   const settings::VehicleSettings vehicle = settings::default_vehicle_settings();
   const auto dcf = test::test_data("can/tmcm1636/TMCM-1636-CANopen.dcf");
   bool warns = false;
-  for (const MotorFinding& each :
-       check_motor(vehicle.scanner.motor, "vehicle.toml", vehicle.text, ObjectDictionaryFile::read(dcf), dcf)) {
+  for (const MotorFinding& each : check_motor(vehicle.scanner.motor, "vehicle.toml", vehicle.text,
+                                              ObjectDictionaryFile::read(dcf), dcf)) {
     INFO(each.sentence);
     CHECK_FALSE(each.is_error);
     warns = warns || each.sentence.find("the drive has no 0x6007:00") != std::string::npos;

@@ -566,7 +566,8 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
     return;
   }
   has_layers_ = has_layers_ || scan->layer_angle != 0;
-  if (has_layers_) {  // the middle one, too: its telegrams are every fourth, its times other than a 2D laser's
+  if (has_layers_) {  // the middle one, too: its telegrams are every fourth, its times other than a 2D
+                      // laser's
     ++counters_.layers_refused;
     spaced_notices_.raise(
         NoticeKind::layers, Severity::error, stamp_ns,

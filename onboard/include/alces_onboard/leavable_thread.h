@@ -1,6 +1,6 @@
 // A thread whose end is waited for only so long. One that hangs in a call of the system (a disk that is
-// stalled, a terminal that was stopped with Ctrl-S) cannot be ended: it is left, and what it uses must stay as
-// it is until the process is gone. Whoever leaves one therefore ends the process without destructors
+// stalled, a terminal that was stopped with Ctrl-S) cannot be ended: it is left, and what it uses must stay
+// as it is until the process is gone. Whoever leaves one therefore ends the process without destructors
 // (leave_process() in error.h).
 #pragma once
 

@@ -7,8 +7,9 @@
 //                 more; scans that wait are left
 //   a third time  the devices are left as they are, and what is known of the motor is said
 //
-// The scan in the mapper's hands is finished, if that takes no longer than leave_limit_ns (a tenth of it after
-// a third request). A mapper that does not come back by then hangs in a disk that does not answer, and is left.
+// The scan in the mapper's hands is finished, if that takes no longer than leave_limit_ns (a tenth of it
+// after a third request). A mapper that does not come back by then hangs in a disk that does not answer, and
+// is left.
 #pragma once
 
 #include <cstdint>

@@ -41,8 +41,8 @@ struct Plan {
 /// outlives the plan.
 [[nodiscard]] Plan make_plan(const settings::VehicleSettings& settings, const Options& options);
 
-/// What speaks against [motor] in the drive's own file `options.dcf`, and is no error: sentences with file and
-/// line. Error (configuration) with every reason why a bring-up would fail, and where the file is no EDS.
+/// What speaks against [motor] in the drive's own file `options.dcf`, and is no error: sentences with file
+/// and line. Error (configuration) with every reason why a bring-up would fail, and where the file is no EDS.
 [[nodiscard]] std::vector<std::string> check_drive(const settings::VehicleSettings& settings,
                                                    const Options& options);
 

@@ -33,7 +33,7 @@ struct StatusReport {
   std::uint32_t scans_mapped = 0;
   std::uint32_t scan_capacity = 0;
   bool has_pose = false;
-  Pose map_from_body;  ///< of the newest scan in the map, when it was matched
+  Pose map_from_body;               ///< of the newest scan in the map, when it was matched
   std::int64_t pose_age_ns = 0;     ///< since the time that the pose is of
   std::int64_t mapper_hung_ns = 0;  ///< the mapper has not come back from a scan for so long; 0: it comes
   bool is_archive_stalled = false;  ///< cannot be written

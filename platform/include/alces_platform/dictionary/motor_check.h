@@ -23,8 +23,8 @@ struct MotorFinding {
   std::string sentence;   ///< "vehicle.toml:12: motor.writes: 0x6502:00 (...) ... (drive.eds:341)"
 };
 
-/// `configuration` is the file that the motor was read from and `text` its content, for the lines; `dictionary`
-/// is the content of the file `dcf`.
+/// `configuration` is the file that the motor was read from and `text` its content, for the lines;
+/// `dictionary` is the content of the file `dcf`.
 [[nodiscard]] std::vector<MotorFinding> check_motor(const MotorConfig& motor,
                                                     const std::filesystem::path& configuration,
                                                     std::string_view text,

@@ -118,8 +118,9 @@ class Reader {
   bool end_here(Bytes rest, std::uint64_t length);
   bool resynchronise(const char* what);
   bool find_chunk();
-  /// The head's copy, where it lies near the beginning and its CRC is right. False: there is none.
-  bool read_head_copy();
+  /// Reads the head by its copy, where that lies near the beginning and its CRC is right, and passes over the
+  /// head itself. False: there is none.
+  bool read_head_by_copy();
   [[nodiscard]] static bool looks_like_chunk(Bytes record_and_more);
   void read_content(Opcode opcode, Bytes content);
   void read_chunk(Bytes content);
@@ -146,7 +147,6 @@ class Reader {
   bool chunk_is_cut_ = false;
   std::optional<ReadMessage> loose_message_;  ///< one outside of chunks
 
-  bool has_head_copy_ = false;  ///< what the file's first bytes say changes nothing any more
   bool in_data_ = true;  ///< data end has not been there
   bool ended_ = false;
   bool done_ = false;

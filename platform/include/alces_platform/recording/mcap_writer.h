@@ -3,8 +3,8 @@
 // data end, summary, footer. Every CRC that the format knows is there. Chunks are not compressed: a
 // microcontroller could write them.
 //
-// The head (all before the first chunk) stands once more behind the first chunk, with a CRC of its own: without
-// it no message could be read, and nothing else in the file says it before its end.
+// The head (all before the first chunk) stands once more behind the first chunk, with a CRC of its own:
+// without it no message could be read, and nothing else in the file says it before its end.
 //
 // A chunk goes to the sink in one piece or not at all, so that the file always ends behind a whole chunk.
 // When the sink takes none (disk full) the chunk waits and is tried again; when it is full it is given up and
