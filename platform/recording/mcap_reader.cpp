@@ -145,7 +145,15 @@ bool Reader::open() {
 }
 
 bool Reader::read_head_by_copy() {
-  const Bytes window = peek(head_copy_within_bytes);
+  for (std::size_t size = read_step_bytes; size <= head_copy_within_bytes; size *= 4) {
+    const Bytes window = peek(size);  // in steps, so that a small file costs little
+    if (read_head_by_copy(window)) return true;
+    if (window.size() < size) break;
+  }
+  return false;
+}
+
+bool Reader::read_head_by_copy(Bytes window) {
   for (auto from = window.begin();;) {
     const auto found = std::search(from, window.end(), magic.begin(), magic.end());
     if (found == window.end()) return false;

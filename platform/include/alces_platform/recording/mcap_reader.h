@@ -121,6 +121,7 @@ class Reader {
   /// Reads the head by its copy, where that lies near the beginning and its CRC is right, and passes over the
   /// head itself. False: there is none.
   bool read_head_by_copy();
+  bool read_head_by_copy(Bytes window);
   [[nodiscard]] static bool looks_like_chunk(Bytes record_and_more);
   void read_content(Opcode opcode, Bytes content);
   void read_chunk(Bytes content);
