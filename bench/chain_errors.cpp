@@ -26,10 +26,11 @@ Matrix6d spread(const Matrix6d& jacobian, const Vector6d& variance) {
   return jacobian * variance.asDiagonal() * jacobian.transpose();
 }
 
-Vector6d translation_part(const EdgeVariance& v) {
-  Vector6d d = Vector6d::Zero();
-  d.head<3>() = Eigen::Vector3d(v.x_m2, v.y_m2, v.z_m2);
-  return d;
+/// What a label says of its edge's translation, at the end of a lever.
+Matrix6d translation_spread(const Matrix6d& jacobian, const EdgeVariance& v, const Pose& map_from_to) {
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<3, 3>() = translation_covariance(v, map_from_to.rotation);
+  return jacobian * covariance * jacobian.transpose();
 }
 
 Vector6d rotation_part(const EdgeVariance& v) {
@@ -70,7 +71,7 @@ ChainErrors::ChainErrors(const MatchedDrive& drive) : name_(drive.name), group_(
       for (std::size_t i = begin; i < end; ++i) {
         const Matrix6d jacobian = carried(drive.poses[end].translation_m - drive.poses[i + 1].translation_m);
         const EdgeVariance& label = drive.edges[i].variance;
-        chain.parts[LabelFit::translation] += spread(jacobian, translation_part(label));
+        chain.parts[LabelFit::translation] += translation_spread(jacobian, label, drive.poses[i + 1]);
         chain.parts[LabelFit::rotation] += spread(jacobian, rotation_part(label));
         chain.parts[LabelFit::step_m2] += spread(jacobian, ones_t);
         chain.parts[LabelFit::step_rad2] += spread(jacobian, ones_r);
@@ -79,7 +80,7 @@ ChainErrors::ChainErrors(const MatchedDrive& drive) : name_(drive.name), group_(
       chain.parts[LabelFit::way_m2] = spread(way, ones_t);
       chain.parts[LabelFit::way_rad2] = spread(way, ones_r);
       const EdgeVariance& last = drive.edges[end - 1].variance;
-      chain.end_parts = {spread(Matrix6d::Identity(), translation_part(last)),
+      chain.end_parts = {translation_spread(Matrix6d::Identity(), last, drive.poses[end]),
                          spread(Matrix6d::Identity(), rotation_part(last))};
       chains_[index].push_back(chain);
     }

@@ -116,7 +116,11 @@ LoaTimes measure_loa(const Size& size, const Network& network, std::size_t repea
       std::vector<BoostLoopOptimizer::Edge> edges;
       for (const Edge& edge : network.graph->edges()) {
         const EdgeVariance& v = edge.variance;
-        const double by_cost[] = {v.x_m2, v.y_m2, v.z_m2, v.rotation_rad2};
+        const std::span<const Pose> poses = std::as_const(*network.graph).poses();
+        const Eigen::Vector3d along_f_m2 =
+            translation_covariance(v, poses[network.f].rotation.conjugate() * poses[edge.to].rotation)
+                .diagonal();
+        const double by_cost[] = {along_f_m2.x(), along_f_m2.y(), along_f_m2.z(), v.rotation_rad2};
         edges.push_back({edge.from, edge.to, by_cost[i]});
       }
       const std::vector<double> theirs = BoostLoopOptimizer::weights(size.scans, edges, network.f, network.l);

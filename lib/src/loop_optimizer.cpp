@@ -119,6 +119,7 @@ void LoopOptimizer::walk_chain(const PoseGraph& graph, std::uint32_t junction, s
   const std::array<std::span<double>, 4> distance = distance_;
   const std::uint32_t f = f_;
   const std::uint32_t l = l_;
+  const Eigen::Quaterniond f_from_map = graph.poses()[f].rotation.conjugate();
   std::uint32_t step = step_count_;
   double x = 0;
   double y = 0;
@@ -128,9 +129,11 @@ void LoopOptimizer::walk_chain(const PoseGraph& graph, std::uint32_t junction, s
   for (;;) {
     const Edge& edge = edges[half_edge / 2];
     const std::uint32_t vertex = (half_edge & 1) == 0 ? edge.to : edge.from;
-    distance[0][step] = x += usable_cost(edge.variance.x_m2);
-    distance[1][step] = y += usable_cost(edge.variance.y_m2);
-    distance[2][step] = z += usable_cost(edge.variance.z_m2);
+    const Eigen::Vector3d along_f_m2 =
+        translation_covariance(edge.variance, f_from_map * graph.poses()[edge.to].rotation).diagonal();
+    distance[0][step] = x += usable_cost(along_f_m2.x());
+    distance[1][step] = y += usable_cost(along_f_m2.y());
+    distance[2][step] = z += usable_cost(along_f_m2.z());
     distance[3][step] = rotation += usable_cost(edge.variance.rotation_rad2);
     steps[step] = {half_edge, vertex};
     ++step;

@@ -18,20 +18,19 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
 }
 
 // A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by
-// tau_j, variance diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about c_j, the place
-// of the scan that was matched: its label already says how sure that place is, the match's own lever
-// included. With the lever b_j = end - c_j the most likely parts are
-//   tau_j = diag(x, y, z)_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
+// tau_j, covariance T_j = R diag(x, y, z) R^T with the matched scan's R, and turn it by theta_j, variance r_j
+// about each axis, about c_j, the place of the scan that was matched: its label already says how sure that
+// place is, the match's own lever included. With the lever b_j = end - c_j the most likely parts are
+//   tau_j = T_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
 // where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
 struct ChainCovariance {
   Matrix6d s = Matrix6d::Zero();
 
-  void add(const EdgeVariance& variance, const Eigen::Vector3d& lever) {
+  void add(const EdgeVariance& variance, const Eigen::Quaterniond& map_from_to,
+           const Eigen::Vector3d& lever) {
     const double r = variance.rotation_rad2 / 3.0;  // the edge's label sums over three axes
-    s(0, 0) += variance.x_m2;
-    s(1, 1) += variance.y_m2;
-    s(2, 2) += variance.z_m2;
     s.topLeftCorner<3, 3>() +=
+        translation_covariance(variance, map_from_to) +
         r * (lever.squaredNorm() * Eigen::Matrix3d::Identity() - lever * lever.transpose());
     const Eigen::Matrix3d cross = r * skew(lever);
     s.topRightCorner<3, 3>() -= cross;
@@ -75,7 +74,7 @@ Matrix6d LoopSharing::covariance(const PoseGraph& graph) const {
       poses[l_].translation_m;  // the map is known from f, whichever way the trail runs
   for (const LoopOptimizer::TrailStep& step : optimizer_.steps(trail)) {
     const Edge& edge = graph.edges()[step.half_edge / 2];
-    covariance.add(edge.variance, end - poses[edge.to].translation_m);
+    covariance.add(edge.variance, poses[edge.to].rotation, end - poses[edge.to].translation_m);
   }
   return covariance.s;
 }
@@ -83,7 +82,7 @@ Matrix6d LoopSharing::covariance(const PoseGraph& graph) const {
 double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
                                  const EdgeVariance& match) const {
   ChainCovariance both{covariance(graph)};
-  both.add(match, Eigen::Vector3d::Zero());
+  both.add(match, map_from_l.rotation, Eigen::Vector3d::Zero());
   const Vector6d offset = offset_between(graph.poses()[l_], map_from_l);
   const SymmetricSolver<6> solver = both.solver();
   if (!solver.is_definite())
@@ -161,28 +160,27 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
 
   for (int round = 0; round < most_rounds; ++round) {
     const Vector6d offset = offset_between(bent_[trail.end], goal);
-    if (offset.cwiseAbs().maxCoeff() < good_enough) break;
+    if (std::max(offset.head<3>().norm(), offset.tail<3>().norm()) < good_enough) break;
     const Eigen::Vector3d end = bent_[trail.end].translation_m;
     ChainCovariance covariance;
     for (const LoopOptimizer::TrailStep& step : steps) {
       const Edge& edge = graph.edges()[step.half_edge / 2];
-      covariance.add(edge.variance, end - bent_[edge.to].translation_m);
+      covariance.add(edge.variance, bent_[edge.to].rotation, end - bent_[edge.to].translation_m);
     }
     const Vector6d lambda = covariance.solver().solve(offset);
     const Eigen::Vector3d lambda_t = lambda.head<3>();
     const Eigen::Vector3d lambda_r = lambda.tail<3>();
 
-    Pose follow;  // what the edges so far did to everything after them
-    Eigen::Vector3d from = bent_[trail.start].translation_m;  // where the step begins, before this round
+    Pose follow;                     // what the edges so far did to everything after them
+    Pose from = bent_[trail.start];  // where the step begins, before this round
     for (const LoopOptimizer::TrailStep& step : steps) {
       const Edge& edge = graph.edges()[step.half_edge / 2];
-      const EdgeVariance& variance = edge.variance;
-      const Eigen::Vector3d to = bent_[step.vertex].translation_m;
-      const Eigen::Vector3d place = edge.to == step.vertex ? to : from;
-      const Eigen::Vector3d tau_m =
-          Eigen::Vector3d(variance.x_m2, variance.y_m2, variance.z_m2).cwiseProduct(lambda_t);
+      const Pose to = bent_[step.vertex];
+      const Pose& matched = edge.to == step.vertex ? to : from;
+      const Eigen::Vector3d& place = matched.translation_m;
+      const Eigen::Vector3d tau_m = translation_covariance(edge.variance, matched.rotation) * lambda_t;
       const Eigen::Vector3d theta_rad =
-          variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
+          edge.variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
       const Eigen::Vector3d pivot = follow * place;
       const Eigen::Quaterniond turn = exp_so3(theta_rad);
       follow.translation_m = turn * (follow.translation_m - pivot) + pivot + tau_m;

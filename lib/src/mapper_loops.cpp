@@ -275,7 +275,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   }
 
   const std::uint64_t matched_ns = now_ns();
-  const EdgeVariance variance = label(match, nullptr, map_from_f.rotation);
+  const EdgeVariance variance = label(match, nullptr);
   loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched, variance);
   if (!(loop.mahalanobis2 <= config_.belief.maximum_mahalanobis2)) {
     loop.verdict = LoopVerdict::refused_implausible;

@@ -23,9 +23,7 @@ IcpPrior prior_of(const MotionPrior::Prediction& prediction) {
 
 }  // namespace
 
-// The edge's variance along the map's axes.
-EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior,
-                           const Eigen::Quaterniond& map_from_model) const {
+EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior) const {
   PairCovariance covariance = config_.label_with_appendix_a
                                   ? appendix_a(match.sums)
                                   : from_curvature(match, config_.scan_match.uncertainty, prior);
@@ -35,7 +33,7 @@ EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior,
     const double shortfall = std::max(1.0, usual_fit_.fit() / std::max(match.balanced_fit, 0.05));
     covariance.covariance *= shortfall * shortfall * shortfall * shortfall;
   }
-  return edge_variance(covariance, match.model_from_data, map_from_model, config_.edge_uncertainty);
+  return edge_variance(covariance, match.model_from_data, config_.edge_uncertainty);
 }
 
 Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
@@ -90,11 +88,12 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     step.verdict = contradicts_odometry ? StepVerdict::against_odometry
                    : was_searched       ? StepVerdict::found
                                         : StepVerdict::believed;
-    step.variance = label(match, contradicts_odometry ? nullptr : used_prior, map_from_last.rotation);
+    step.variance = label(match, contradicts_odometry ? nullptr : used_prior);
   } else {
     step.verdict = prediction.from_odometry ? StepVerdict::on_odometry : StepVerdict::apart;
-    step.variance = edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, Pose{},
-                                  map_from_last.rotation, config_.edge_uncertainty);
+    const Pose turn{prediction.last_from_next.rotation, Eigen::Vector3d::Zero()};  // it is of that place
+    step.variance =
+        edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, turn, config_.edge_uncertainty);
   }
   step.fit_share = match.balanced_fit / usual_fit;
   report.match = match.verdict;

@@ -50,8 +50,7 @@ PairCovariance from_curvature(const IcpResult& result, const IcpUncertainty& unc
 }
 
 EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_data,
-                           const Eigen::Quaterniond& map_from_model, const EdgeUncertainty& uncertainty,
-                           double unknown_m, double unknown_rad) {
+                           const EdgeUncertainty& uncertainty, double unknown_m, double unknown_rad) {
   if (!pair.is_known) {
     return {unknown_m * unknown_m, unknown_m * unknown_m, unknown_m * unknown_m,
             3 * unknown_rad * unknown_rad};
@@ -62,7 +61,7 @@ EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_da
   place << 1, 0, 0, 0, p.z(), -p.y(),  //
       0, 1, 0, -p.z(), 0, p.x(),       //
       0, 0, 1, p.y(), -p.x(), 0;
-  const Eigen::Matrix3d axes = map_from_model.toRotationMatrix();
+  const Eigen::Matrix3d axes = model_from_data.rotation.conjugate().toRotationMatrix();
   const Eigen::Vector3d translation_m2 =
       (axes * place * pair.covariance * place.transpose() * axes.transpose()).diagonal() *
       uncertainty.inflation;

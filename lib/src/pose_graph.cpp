@@ -1,5 +1,6 @@
 #include "alces/pose_graph.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace alces {
@@ -10,6 +11,18 @@ bool is_variance(double value) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d translation_covariance(const EdgeVariance& variance, const Eigen::Quaterniond& axes_from_to) {
+  // What all axes have in common is not turned: where they are alike costs stay so to the last bit, and LOA's
+  // shortest ways are the same for x, y and z.
+  const double common_m2 = std::min({variance.x_m2, variance.y_m2, variance.z_m2});
+  const Eigen::Vector3d beyond_m2(variance.x_m2 - common_m2, variance.y_m2 - common_m2,
+                                  variance.z_m2 - common_m2);
+  const Eigen::Matrix3d turn = axes_from_to.toRotationMatrix();
+  Eigen::Matrix3d covariance_m2 = turn * beyond_m2.asDiagonal() * turn.transpose();
+  covariance_m2.diagonal().array() += common_m2;
+  return covariance_m2;
+}
 
 Status PoseGraph::add_vertex(const Pose& map_from_body) {
   if (!is_valid(map_from_body)) return Status::bad_pose;

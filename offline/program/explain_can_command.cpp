@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "alces_offline/candump_lines.h"
@@ -26,9 +27,12 @@ constexpr const char* footer = R"(Examples:
   alces explain-can candump.txt --dcf drive.eds --node 3 --json
 
 Traces: candump's text, from the screen (with or without times) or from a log (-l, -L). Lines worth a look are
-marked with '!' and repeated in the summary: refusals, emergencies, faults, restarts, bus errors.)";
+marked with '!' and repeated in the summary: refusals, emergencies, faults, restarts, bus errors. An emergency that comes
+again within ten seconds is counted in the summary and not printed.)";
 
 constexpr std::size_t most_listed = 50;
+constexpr double fold_s = 10;  ///< an emergency that comes again within this is counted, not printed ...
+constexpr std::size_t fold_lines = 1000;  ///< ... or within so many lines, where a trace has no times
 
 struct Options {
   std::string trace;
@@ -37,13 +41,68 @@ struct Options {
   bool json = false;
 };
 
+/// One kind of abnormal frame, however often it came.
+struct Abnormal {
+  std::size_t line = 0;  ///< the first
+  std::size_t last_line = 0;
+  std::size_t times = 0;
+  std::string text;
+};
+
 struct Summary {
   std::size_t frames = 0;
   std::array<std::size_t, can_frame_meaning_count> by_meaning{};
   std::map<std::string, std::size_t> unknown_ids;
-  std::vector<std::pair<std::size_t, std::string>> abnormal;  ///< line, text
+  std::vector<Abnormal> abnormal;
+  std::map<std::string, std::size_t> abnormal_places;  ///< in `abnormal`, by text
   std::size_t abnormal_count = 0;
+  std::size_t abnormal_unlisted = 0;
   std::vector<std::string> open;
+
+  void add_abnormal(std::size_t line, const std::string& text) {
+    ++abnormal_count;
+    const auto known = abnormal_places.find(text);
+    if (known == abnormal_places.end() && abnormal.size() == most_listed) {
+      ++abnormal_unlisted;
+      return;
+    }
+    const std::size_t place = known == abnormal_places.end() ? abnormal.size() : known->second;
+    if (known == abnormal_places.end()) {
+      abnormal_places.emplace(text, place);
+      abnormal.push_back({line, line, 0, text});
+    }
+    ++abnormal[place].times;
+    abnormal[place].last_line = line;
+  }
+};
+
+/// A drive in trouble may send its emergencies by the thousand: each is printed once, and again when it was
+/// away for a while.
+class EmergencyFolds {
+ public:
+  /// False: it was counted. Else how often it had come meanwhile is behind `folded_before`.
+  bool is_to_print(const CandumpLine& line, const std::string& text, std::size_t& folded_before) {
+    Fold& fold = folds_[line.channel + " " + text];
+    const bool is_again =
+        fold.last_line != 0 && (line.stamp_s && fold.last_s ? *line.stamp_s - *fold.last_s < fold_s
+                                                            : line.line - fold.last_line < fold_lines);
+    fold.last_line = line.line;
+    fold.last_s = line.stamp_s;
+    if (is_again) {
+      ++fold.folded;
+      return false;
+    }
+    folded_before = std::exchange(fold.folded, 0);
+    return true;
+  }
+
+ private:
+  struct Fold {
+    std::size_t last_line = 0;
+    std::optional<double> last_s;
+    std::size_t folded = 0;
+  };
+  std::map<std::string, Fold> folds_;
 };
 
 Json json_of(const CandumpLine& line, const CanExplanation& explanation) {
@@ -69,7 +128,9 @@ Json json_of(const Summary& summary) {
   json["unknown_ids"] = summary.unknown_ids;
   json["abnormal_frames"] = summary.abnormal_count;
   Json& abnormal = json["abnormal"] = Json::array();
-  for (const auto& [line, what] : summary.abnormal) abnormal.push_back({{"line", line}, {"text", what}});
+  for (const Abnormal& each : summary.abnormal)
+    abnormal.push_back(
+        {{"line", each.line}, {"text", each.text}, {"times", each.times}, {"last_line", each.last_line}});
   json["open"] = summary.open;
   return json;
 }
@@ -90,10 +151,13 @@ void print(const Summary& summary) {
     return;
   }
   if (summary.abnormal_count > 0) fmt::print("worth a look ({} frames):\n", summary.abnormal_count);
-  for (const auto& [line, what] : summary.abnormal) fmt::print("  line {}: {}\n", line, what);
-  if (summary.abnormal_count > summary.abnormal.size()) {
-    fmt::print("  and {} more, marked '!' above\n", summary.abnormal_count - summary.abnormal.size());
+  for (const Abnormal& each : summary.abnormal) {
+    fmt::print("  line {}: {}", each.line, each.text);
+    if (each.times > 1) fmt::print(" ({} times, the last in line {})", each.times, each.last_line);
+    fmt::print("\n");
   }
+  if (summary.abnormal_unlisted > 0)
+    fmt::print("  and {} more, marked '!' above\n", summary.abnormal_unlisted);
   for (const std::string& what : summary.open) fmt::print("at the end: {}\n", what);
 }
 
@@ -101,7 +165,11 @@ void explain(const Options& options) {
   std::shared_ptr<const ObjectDictionaryFile> dictionary;
   std::optional<std::uint8_t> node;
   if (!options.dcf.empty()) {
-    dictionary = std::make_shared<const ObjectDictionaryFile>(ObjectDictionaryFile::read(options.dcf));
+    try {
+      dictionary = std::make_shared<const ObjectDictionaryFile>(ObjectDictionaryFile::read(options.dcf));
+    } catch (const DictionaryError& error) {
+      throw InputError(error.what());
+    }
     for (const std::string& warning : dictionary->warnings()) fmt::print(stderr, "alces: {}\n", warning);
     if (options.node) node = static_cast<std::uint8_t>(*options.node);
   } else if (options.node) {
@@ -109,6 +177,7 @@ void explain(const Options& options) {
   }
   std::map<std::string, CanExplainer> buses;
   Summary summary;
+  EmergencyFolds folds;
   const CandumpRead read = read_candump(options.trace, [&](const CandumpLine& line) {
     CanExplainer& bus = buses.try_emplace(line.channel, dictionary, node).first->second;
     const CanExplanation explanation = bus.explain(line.frame);
@@ -116,17 +185,20 @@ void explain(const Options& options) {
     ++summary.by_meaning[static_cast<std::size_t>(explanation.meaning)];
     if (explanation.meaning == CanFrameMeaning::unknown)
       ++summary.unknown_ids[fmt::format("0x{:03X}", line.frame.id)];
-    if (explanation.is_abnormal && summary.abnormal_count++ < most_listed) {
-      summary.abnormal.emplace_back(line.line, explanation.text);
-    }
+    if (explanation.is_abnormal) summary.add_abnormal(line.line, explanation.text);
     if (options.json) {
       fmt::print("{}\n", json_text(json_of(line, explanation), -1));
       return;
     }
+    std::size_t folded = 0;
+    if (explanation.meaning == CanFrameMeaning::emergency &&
+        !folds.is_to_print(line, explanation.text, folded))
+      return;
     const std::string stamp = line.stamp_s ? fmt::format("{:.6f}  ", *line.stamp_s) : "";
     const std::string channel = buses.size() > 1 ? line.channel + "  " : "";
-    fmt::print("{}{}{:<20} {} {}\n", stamp, channel, candump_text(line.frame),
-               explanation.is_abnormal ? '!' : ' ', explanation.text);
+    fmt::print("{}{}{:<20} {} {}{}\n", stamp, channel, candump_text(line.frame),
+               explanation.is_abnormal ? '!' : ' ', explanation.text,
+               folded > 0 ? fmt::format(" (and {} times since it was printed last)", folded) : "");
   });
   std::fflush(stdout);
   for (const std::string& sentence : read.passed_over.sentences) fmt::print(stderr, "alces: {}\n", sentence);

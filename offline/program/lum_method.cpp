@@ -194,9 +194,12 @@ LumOutcome run_lum(const MapGraph& map, const LumOptions& options, const fs::pat
   return outcome;
 }
 
-void finish_lum(const LumOutcome& outcome, const MapGraph& map, const fs::path& out) {
+void write_covariances(const LumOutcome& outcome, const MapGraph& map, const fs::path& folder) {
   if (!outcome.covariances.empty())
-    write_covariances(out / "covariances.csv", map.trajectory, outcome.covariances);
+    write_covariances(folder / "covariances.csv", map.trajectory, outcome.covariances);
+}
+
+void finish_lum(const LumOutcome& outcome, const fs::path& out) {
   std::error_code ignored;
   if (!outcome.was_stopped) fs::remove(out / checkpoint_name, ignored);
 }

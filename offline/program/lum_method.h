@@ -36,7 +36,10 @@ struct LumOutcome {
 [[nodiscard]] LumOutcome run_lum(const MapGraph& map, const LumOptions& options,
                                  const std::filesystem::path& out, const StopSignal& stop);
 
-/// Once OUT is written: its covariances, and no checkpoint any more where nothing is left to do.
-void finish_lum(const LumOutcome& outcome, const MapGraph& map, const std::filesystem::path& out);
+/// covariances.csv beside the other files of the map, where it was asked for.
+void write_covariances(const LumOutcome& outcome, const MapGraph& map, const std::filesystem::path& folder);
+
+/// Once OUT is written: no checkpoint any more where nothing is left to do.
+void finish_lum(const LumOutcome& outcome, const std::filesystem::path& out);
 
 }  // namespace alces::offline

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "alces_offline/error.h"
+#include "alces_platform/doing.h"
 #include "command.h"
 #include "processes.h"
 
@@ -42,6 +43,20 @@ int complain(int status, const std::string& sentence) {
   return status;
 }
 
+/// Without the heap: there may be none left to say it with.
+int complain_of_memory() noexcept {
+  if (processes().rank() != 0) return capacity;
+  const char* const doing = Doing::what();
+  std::fputs("alces: the machine has not enough memory", stderr);
+  if (*doing != '\0') {
+    std::fputs(" (", stderr);
+    std::fputs(doing, stderr);
+    std::fputs(")", stderr);
+  }
+  std::fputs("; nothing was replaced. Close other programs, or give less: --memory, fewer scans\n", stderr);
+  return capacity;
+}
+
 int hint(const CLI::App& alces) {
   if (processes().rank() > 0) return usage;
   const auto verbs = alces.get_subcommands();
@@ -70,6 +85,7 @@ int run(int argc, char** argv) {
   add_optimize_command(alces);
   add_calibrate_command(alces);
 
+  const Doing verb(argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "");
   try {
     alces.parse(argc, argv);
     // what went to a full disk is not said
@@ -87,7 +103,7 @@ int run(int argc, char** argv) {
   } catch (const Error& error) {
     return complain(error.exit_status(), error.what());
   } catch (const std::bad_alloc&) {
-    return complain(capacity, "the machine has not enough memory for this");
+    return complain_of_memory();
   } catch (const std::exception& error) {
     return complain(defect, fmt::format("{} (a defect of alces; please report it)", error.what()));
   }

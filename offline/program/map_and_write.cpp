@@ -15,6 +15,7 @@
 #include "alces_offline/map_health.h"
 #include "alces_offline/run_report.h"
 #include "alces_offline/stop_signal.h"
+#include "alces_platform/doing.h"
 #include "scan_progress.h"
 #include "scratch_archive.h"
 
@@ -71,9 +72,11 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   // On the desk a drive is mapped to its end, in the memory that is given: what it has no room for lies
   // beside.
   if (!asked.archive) request.archive = stage.staging().string() + ".archive";
+  const Doing making("making the mapper for", out.string());
   MapRun run(scans, request);
   if (!asked.archive) scratch.emplace(*request.archive);  // now it is ours: the run overwrites no other file
   {
+    const Doing mapping("mapping", scans.description());
     ScanProgress progress;
     run.run({[&progress](std::size_t done, std::size_t total) { progress(done, total); },
              [&stop] { return stop.received(); }});
@@ -88,6 +91,7 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   }
   if (describe) describe(program);
   nlohmann::json report;
+  const Doing writing("writing the map", out.string());
   try {
     report = write_map_folder(stage, run, program);
   } catch (const Error&) {

@@ -23,6 +23,7 @@
 #include "alces_offline/json_text.h"
 #include "alces_offline/map_health.h"
 #include "alces_offline/stop_signal.h"
+#include "alces_platform/doing.h"
 #include "command.h"
 #include "lum_method.h"
 #include "map_and_write.h"
@@ -257,6 +258,7 @@ void optimize(const CLI::App& verb, const Options& options) {
   std::error_code ignored;
   std::optional<MapGraph> map;
   ConstraintGraph graph;
+  const Doing optimizing("optimizing", options.input);
   if (fs::is_directory(options.input, ignored)) {
     if (has_graph_name(options.out))
       throw UsageError(fmt::format("{}: of a map folder a map folder comes out; name a folder", options.out));
@@ -295,7 +297,9 @@ void optimize(const CLI::App& verb, const Options& options) {
   report.update(outcome.details);
   if (!outcome.keeps_edges) report.erase("chi_squared_before");
   if (map) {
-    const nlohmann::json run = write_map_graph(options.out, *map, graph, report);
+    const nlohmann::json run = write_map_graph(options.out, *map, graph, report, [&](const fs::path& folder) {
+      if (outcome.lum) write_covariances(*outcome.lum, *map, folder);
+    });
     for (const char* key : {"verdict", "health"})
       if (run.contains(key)) report[key] = run[key];
   } else if (has_graph_name(options.out)) {
@@ -304,7 +308,7 @@ void optimize(const CLI::App& verb, const Options& options) {
   } else {
     write_graph_folder(options.out, graph);
   }
-  if (outcome.lum) finish_lum(*outcome.lum, *map, options.out);
+  if (outcome.lum) finish_lum(*outcome.lum, options.out);
   warn_of_bad_map(report);
   if (options.json) {
     fmt::print("{}\n", json_text(report));

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "alces_offline/object_dictionary_file.h"
+#include "alces_platform/dictionary/object_dictionary_file.h"
 
 namespace alces::offline {
 

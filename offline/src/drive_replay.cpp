@@ -84,7 +84,17 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
 
 DriveReplay::~DriveReplay() = default;
 
+namespace {
+
+bool is_of_can(const Event& event) {
+  return event.kind == EventKind::can_frame || event.kind == EventKind::can_sent ||
+         event.kind == EventKind::can_link || event.kind == EventKind::sync_sent;
+}
+
+}  // namespace
+
 void DriveReplay::survey(const std::filesystem::path& drive, const replay::TraceOptions& reading) {
+  bool has_can = false;
   if (traces_.is_recording) {
     FileSource file(drive.c_str());
     RecordingReader reader(file);
@@ -96,6 +106,8 @@ void DriveReplay::survey(const std::filesystem::path& drive, const replay::Trace
         if (!has_begun) begin_ns_ = message.handed_on_ns;
         has_begun = true;
         end_ns_ = message.handed_on_ns;
+        const auto* const event = std::get_if<Event>(&message.content);
+        has_can = has_can || (event != nullptr && is_of_can(*event));
         const auto* const scan = std::get_if<ScanRecord>(&message.content);
         if (scan != nullptr && !scan->was_mapped && scan->verdict.substr(0, 7) == "dropped")
           dropped_.insert(scan->number);
@@ -110,7 +122,13 @@ void DriveReplay::survey(const std::filesystem::path& drive, const replay::Trace
       if (!has_begun) begin_ns_ = event.stamp_ns;
       has_begun = true;
       end_ns_ = std::max(end_ns_, event.stamp_ns);
+      has_can = has_can || is_of_can(event);
     }
+  }
+  // Nobody would ever answer, and the lasers would wait for the motor as long as the drive may be.
+  if (!has_can && settings_.scanner.has_motor) {
+    settings_.scanner.has_motor = false;
+    is_without_can_ = true;
   }
   size_ = most_scans(settings_.scanner, seconds(std::max<std::int64_t>(0, end_ns_ - begin_ns_)));
 }
@@ -209,6 +227,9 @@ std::vector<std::string> DriveReplay::warnings() const {
   if (problems.count > problems.sentences.size())
     warnings.push_back(
         fmt::format("{} more problems of the recording", problems.count - problems.sentences.size()));
+  if (is_without_can_)
+    warnings.push_back(
+        "nothing of a CAN bus is in the drive: replayed as if there were no motor to wait for");
   for (const std::string& file : traces_.unknown_files)
     warnings.push_back(file + ": not understood, left out");
   const std::lock_guard lock(mutex_);

@@ -19,13 +19,11 @@ void append_pose(std::string& line, const Pose& pose) {
 
 }  // namespace
 
-Matrix6d g2o_information(const EdgeVariance& variance, const Eigen::Quaterniond& map_from_to) {
+Matrix6d g2o_information(const EdgeVariance& variance) {
   constexpr double axes = 3;
   constexpr double half_angle = 4;  // (angle / half the angle)^2
-  const Eigen::Matrix3d turn = map_from_to.toRotationMatrix();
-  const Eigen::Vector3d along_map(1 / variance.x_m2, 1 / variance.y_m2, 1 / variance.z_m2);
   Matrix6d information = Matrix6d::Zero();
-  information.topLeftCorner<3, 3>() = turn.transpose() * along_map.asDiagonal() * turn;
+  information.topLeftCorner<3, 3>().diagonal() << 1 / variance.x_m2, 1 / variance.y_m2, 1 / variance.z_m2;
   information.bottomRightCorner<3, 3>().diagonal().setConstant(half_angle * axes / variance.rotation_rad2);
   return information;
 }
@@ -42,7 +40,7 @@ void write_g2o(const std::filesystem::path& file, const PoseGraph& graph) {
   for (const Edge& edge : graph.edges()) {
     line = fmt::format("EDGE_SE3:QUAT {} {}", edge.from, edge.to);
     append_pose(line, edge.from_from_to);
-    const Matrix6d information = g2o_information(edge.variance, graph.poses()[edge.to].rotation);
+    const Matrix6d information = g2o_information(edge.variance);
     for (int row = 0; row < 6; ++row) {
       for (int column = row; column < 6; ++column) {
         fmt::format_to(std::back_inserter(line), " {:.12g}", information(row, column));

@@ -8,6 +8,7 @@ namespace {
 
 constexpr const char* footer = R"(Examples:
   alcesd --config vehicle.toml --dry-run                    check the configuration, print the memory plan
+  alcesd --config vehicle.toml --dry-run --dcf motor.dcf    and hold [motor] against the drive's own file
   alcesd --config vehicle.toml --record drive-%t.mcap       map, and record everything; %t is the time of the start
   alcesd --config vehicle.toml --record drive.mcap --no-map record only; `alces replay drive.mcap --out town` maps later
 
@@ -15,7 +16,8 @@ SIGTERM or Ctrl-C stops the lasers and the motor, finishes map and recording, an
 the motor by quick stop at once; a third one leaves the devices as they are.
 
 Exit status: 0 done, 2 usage, 3 invalid configuration, 4 not enough memory, 5 a device that must be there is not, or a
-file that cannot be written, 6 the drive did not confirm that the motor stands: it may turn.)";
+file that cannot be written, 6 the drive did not confirm that the motor stands: it may turn, 7 the mapper did not come
+back from a scan, because a disk does not answer, say: it was left.)";
 
 }  // namespace
 
@@ -27,8 +29,9 @@ int main(int argc, char** argv) {
   alces::onboard::Options options;
   bool is_without_map = false;
   app.add_option("--config", options.config, "vehicle.toml: what hangs on which wire, and how to map");
-  app.add_flag("--dry-run", options.is_dry_run,
-               "check the configuration and say what would be done; open nothing");
+  CLI::Option* const dry_run = app.add_flag(
+      "--dry-run", options.is_dry_run, "check the configuration and say what would be done; open nothing");
+  app.add_option("--dcf", options.dcf, "the drive's EDS or DCF file: does [motor] suit it?")->needs(dry_run);
   app.add_option("--record", options.record, "record to this file, whatever the configuration says");
   app.add_flag("--no-map", is_without_map, "acquire and record only");
   app.add_flag(

@@ -1,6 +1,7 @@
 #include "alces_onboard/background_sink.h"
 
 #include <chrono>
+#include <thread>
 
 #include "alces_platform/linux/clock.h"
 
@@ -22,13 +23,13 @@ BackgroundSink::BackgroundSink(ByteSink& below, const BackgroundSinkConfig& conf
       ring_({memory_.get(), config.ring_bytes}) {}
 
 BackgroundSink::~BackgroundSink() {
-  if (thread_.joinable()) stop(0);
+  if (thread_.is_running()) stop(0);
 }
 
 void BackgroundSink::start() {
   is_stopping_ = false;
   gives_up_ = false;
-  thread_ = std::thread([this] { run(); });
+  thread_.start([this] { run(); });
 }
 
 bool BackgroundSink::write(std::span<const std::uint8_t> bytes) {
@@ -82,14 +83,14 @@ void BackgroundSink::run() {
 }
 
 bool BackgroundSink::stop(std::int64_t limit_ns) {
-  if (!thread_.joinable()) return true;
+  if (!thread_.is_running()) return true;
   const std::int64_t deadline_ns = now_ns() + limit_ns;
   while (!ring_.empty() && now_ns() < deadline_ns) sleep(short_sleep_ns);
   gives_up_.store(true, std::memory_order_release);
   is_stopping_.store(true, std::memory_order_release);
   bell_.ring();
-  thread_.join();
-  return bytes_given_up_.load() == 0;
+  was_left_ = !thread_.join_within(config_.leave_ns);
+  return !was_left_ && bytes_given_up_.load() == 0;
 }
 
 BackgroundSink::Counters BackgroundSink::counters() const {

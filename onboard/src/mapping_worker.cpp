@@ -1,6 +1,8 @@
 #include "alces_onboard/mapping_worker.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "alces/arena.h"
@@ -30,7 +32,7 @@ constexpr std::uint32_t scans_between_judgements = 50;
 
 bool ends_map(Status status) {
   return status == Status::no_scan_capacity || status == Status::no_point_capacity ||
-         status == Status::no_edge_capacity || status == Status::archive_write_failed;
+         status == Status::no_edge_capacity;
 }
 
 }  // namespace
@@ -65,18 +67,17 @@ MappingWorker::MappingWorker(const MappingWorkerConfig& config, ScanArchive* arc
 }
 
 MappingWorker::~MappingWorker() {
-  if (!thread_.joinable()) return;
+  if (!thread_.is_running()) return;
   abandon();
   close();
   while (!is_finished()) {
     if (front_result() != nullptr) pop_result();
     std::this_thread::yield();
   }
-  thread_.join();
 }
 
 void MappingWorker::start_thread() {
-  thread_ = std::thread([this] { run(); });
+  thread_.start([this] { run(); });
 }
 
 void MappingWorker::publish_scan() {
@@ -98,8 +99,8 @@ void MappingWorker::abandon() {
   is_abandoned_.store(true, std::memory_order_release);
 }
 
-void MappingWorker::join() {
-  if (thread_.joinable()) thread_.join();
+bool MappingWorker::join_within(std::int64_t limit_ns) {
+  return thread_.join_within(limit_ns);
 }
 
 void MappingWorker::run() {
@@ -107,11 +108,31 @@ void MappingWorker::run() {
     const Bell::Strokes heard = bell_.strokes();
     if (run_once()) continue;
     if (is_finished()) return;
-    bell_.wait(heard);
+    if (is_archive_stalled()) {
+      wait_for_archive();
+    } else {
+      bell_.wait(heard);
+    }
+  }
+}
+
+// In short pieces, so that the end is not kept waiting.
+void MappingWorker::wait_for_archive() const {
+  for (std::int64_t slept_ns = 0;
+       slept_ns < config_.archive_retry_ns && !is_abandoned_.load(std::memory_order_acquire);
+       slept_ns += ns_per_ms) {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(ns_per_ms));
   }
 }
 
 bool MappingWorker::run_once() {
+  beats_.fetch_add(1, std::memory_order_release);
+  const bool has_worked = work_once();
+  beats_.fetch_add(1, std::memory_order_release);
+  return has_worked;
+}
+
+bool MappingWorker::work_once() {
   if (is_finished()) return false;
   const bool is_closed =
       is_closed_.load(std::memory_order_acquire);  // before looking whether there is a scan
@@ -123,7 +144,12 @@ bool MappingWorker::run_once() {
   *result = MapResult{};
   result->room = room;
   if (slot != nullptr) {
-    map(*slot, *result);
+    if (!map(*slot, *result)) {
+      archive_retries_.fetch_add(1, std::memory_order_relaxed);
+      is_archive_stalled_.store(true, std::memory_order_release);
+      return false;  // the scan stays, and so does the room for its result
+    }
+    is_archive_stalled_.store(false, std::memory_order_release);
     scans_.pop();
   } else {
     finish(*result);
@@ -138,24 +164,25 @@ bool MappingWorker::run_once() {
   return true;
 }
 
-void MappingWorker::map(const ScanSlot& slot, MapResult& result) {
+bool MappingWorker::map(const ScanSlot& slot, MapResult& result) {
   result.scan = slot.scan;
   if (is_abandoned_.load(std::memory_order_acquire)) {
     result.scan.verdict = "dropped: told to stop";
-    return;
+    return true;
   }
   if (is_map_full_) {
     result.scan.verdict = "not mapped: the map is full";
-    return;
+    return true;
   }
   const std::uint32_t edges_before = mapper_->graph().edge_count();
   result.status = mapper_->add_scan(slot.room.first(slot.point_count),
                                     slot.scan.has_odometry ? &slot.scan.odometry_from_body : nullptr,
                                     result.report, slot.scan.has_gps ? &slot.scan.gps_position_m : nullptr);
+  if (result.status == Status::archive_write_failed) return false;
   is_map_full_ = ends_map(result.status);
   if (result.status != Status::ok && result.status != Status::no_voxel_capacity) {
     result.scan.verdict = text(result.status);
-    return;
+    return true;
   }
   result.scan.was_mapped = true;
   result.scan.verdict = result.report.is_predicted ? "mapped where the motion so far puts it"
@@ -170,6 +197,7 @@ void MappingWorker::map(const ScanSlot& slot, MapResult& result) {
   if (!result.room.empty() && mapper_->read_scan(result.report.scan, result.room, count) == Status::ok)
     result.cloud = result.room.first(count);
   tell_of_graph(edges_before, result);
+  return true;
 }
 
 void MappingWorker::finish(MapResult& result) {

@@ -55,17 +55,31 @@ StopStage OrderlyStop::update(std::int64_t now_ns, std::uint64_t requests, bool 
       break;
     }
     case StopStage::finishing_map:
-      pipeline_.take_results();
-      if (pipeline_.is_mapping_finished()) {
-        enter(StopStage::finished, now_ns);
-      } else if (now_ns - since_ns_ >= limits_.mapping_limit_ns) {
-        pipeline_.abandon_mapping();
-      }
+      finish_map(now_ns, requests);
       break;
     case StopStage::finished:
       break;
   }
   return stage_;
+}
+
+void OrderlyStop::finish_map(std::int64_t now_ns, std::uint64_t requests) {
+  pipeline_.take_results();
+  if (pipeline_.is_mapping_finished()) {
+    enter(StopStage::finished, now_ns);
+    return;
+  }
+  const bool is_overdue = requests >= 2 || now_ns - since_ns_ >= limits_.mapping_limit_ns;
+  if (abandoned_ns_ == no_stamp_ns && (is_overdue || !pipeline_.are_threads_alive())) {
+    abandoned_ns_ = now_ns;
+    pipeline_.abandon_mapping();
+  }
+  const std::int64_t leave_ns = requests >= 3 ? limits_.leave_limit_ns / 10 : limits_.leave_limit_ns;
+  if (abandoned_ns_ == no_stamp_ns || now_ns - abandoned_ns_ < leave_ns) return;
+  was_mapper_left_ = true;
+  pipeline_.raise({now_ns, Severity::error, "alcesd",
+                   "the mapper did not come back in time and is left; the map of the drive ends before"});
+  enter(StopStage::finished, now_ns);
 }
 
 }  // namespace alces::onboard

@@ -73,12 +73,14 @@ struct PartCounters {
 struct FigureCounters {
   const MapFigures& figures;
   const MapHealth& health;
+  std::int64_t pose_age_ns;  ///< of the newest scan in the map
   template <class Visitor>
   void visit(Visitor&& visit) const {
     visit("scans", std::uint64_t{figures.scans});
     visit("pool_bytes", figures.pool_bytes);
     visit("archive_bytes", figures.archive_bytes);
     visit("archived_scans", std::uint64_t{figures.archived_scans});
+    visit("pose_age_ms", static_cast<std::uint64_t>(pose_age_ns / ns_per_ms));
     visit("verdict", static_cast<std::uint64_t>(health.verdict));  // 0 good, 1 doubtful, 2 bad
     visit("parts", std::uint64_t{health.parts});
     visit("steps_on_odometry", std::uint64_t{health.on_odometry});
@@ -198,15 +200,17 @@ void Pipeline::stop_scanner() {
 }
 
 void Pipeline::on_event(const Event& event) {
+  if (event.kind == EventKind::tick && is_sane_stamp(event.stamp_ns)) now_ns_ = event.stamp_ns;
   if (is_ended_) {
     ++counters_.events_after_end;
     take_results();
+    if (event.kind == EventKind::tick) watch_mapper();
     return;
   }
-  if (event.kind == EventKind::tick && is_sane_stamp(event.stamp_ns)) now_ns_ = event.stamp_ns;
   if (is_recording_) recorder_->on_event(event);
   scanner_->on_event(event);
   take_results();
+  if (event.kind == EventKind::tick) watch_mapper();
   if (event.kind == EventKind::tick && is_recording_) watch_recording();
 }
 
@@ -288,6 +292,7 @@ void Pipeline::on_result(const MapResult& result) {
     }
     has_pose_ = true;
     map_from_body_ = result.map_from_body;
+    pose_stamp_ns_ = result.scan.reference_stamp_ns;
   } else if (result.scan.verdict.starts_with("dropped")) {
     ++counters_.scans_left;
   } else if (result.scan.verdict.starts_with("not mapped")) {
@@ -314,6 +319,11 @@ void Pipeline::on_result(const MapResult& result) {
     say(NoticeKind::edges, "edges of the graph are not recorded: more at once than there is room for; so far",
         counters_.edges_skipped);
   }
+  if (result.report.archive_failed ||
+      (result.has_loop && result.loop.verdict == LoopVerdict::refused_archive))
+    say(NoticeKind::archive_loss,
+        "scans cannot be brought back from the archive, and are not matched with; so far",
+        ++counters_.archive_losses);
   watch_health(result);
   if (is_recording_) record_result(result);
   if (result.has_path) worker_->take_path();
@@ -344,8 +354,53 @@ void Pipeline::watch_health(const MapResult& result) {
         figure(health_));
 }
 
-void Pipeline::say(NoticeKind kind, const char* text, std::uint64_t count) {
-  capacity_notices_.raise(kind, Severity::warning, now_ns_, text, static_cast<std::int64_t>(count));
+// By this thread's clock: the other one may not come to look at any.
+void Pipeline::watch_mapper() {
+  if (!worker_) return;
+  watch_archive();
+  const std::uint32_t beats = worker_->beats();
+  if (beats != mapper_beats_ || !worker_->is_busy() || mapper_beat_ns_ == no_stamp_ns) {
+    if (is_mapper_hung_)
+      raise({now_ns_, Severity::info, "mapper", "is back; the map goes on. Scans dropped so far",
+             static_cast<std::int64_t>(counters_.scans_dropped), true});
+    mapper_beats_ = beats;
+    mapper_beat_ns_ = now_ns_;
+    is_mapper_hung_ = false;
+    return;
+  }
+  const std::int64_t since_ns = now_ns_ - mapper_beat_ns_;
+  if (since_ns < config_.mapping_timeout_ns) return;
+  if (!is_mapper_hung_) ++counters_.mapper_hangs;
+  is_mapper_hung_ = true;
+  say(NoticeKind::hang,
+      "does not come back from a scan (is the disk of its archive stalled?); recording goes on. Seconds so "
+      "far",
+      static_cast<std::uint64_t>(since_ns / ns_per_s), Severity::error);
+}
+
+void Pipeline::watch_archive() {
+  const bool is_stalled = worker_->is_archive_stalled();
+  counters_.archive_retries = worker_->archive_retries();
+  if (is_stalled) {
+    if (!is_archive_stalled_) {
+      ++counters_.archive_stalls;
+      dropped_before_stall_ = counters_.scans_dropped;
+    }
+    say(NoticeKind::archive, "the scan archive cannot be written; make room on its disk. Scans wait",
+        worker_->waiting_scans(), Severity::error);
+  } else if (is_archive_stalled_) {
+    raise({now_ns_, Severity::info, "mapper", "the scan archive is written again; scans dropped meanwhile",
+           static_cast<std::int64_t>(counters_.scans_dropped - dropped_before_stall_), true});
+  }
+  is_archive_stalled_ = is_stalled;
+}
+
+std::int64_t Pipeline::pose_age_ns() const {
+  return has_pose_ ? std::max<std::int64_t>(0, now_ns_ - pose_stamp_ns_) : 0;
+}
+
+void Pipeline::say(NoticeKind kind, const char* text, std::uint64_t count, Severity severity) {
+  capacity_notices_.raise(kind, severity, now_ns_, text, static_cast<std::int64_t>(count));
 }
 
 void Pipeline::record_result(const MapResult& result) {
@@ -368,7 +423,7 @@ void Pipeline::record_counters() {
     const auto which = static_cast<ScannerPart>(part);
     recorder_->write_counters(now_ns_, text(which), PartCounters{*scanner_, which});
   }
-  if (worker_) recorder_->write_counters(now_ns_, "map", FigureCounters{figures_, health_});
+  if (worker_) recorder_->write_counters(now_ns_, "map", FigureCounters{figures_, health_, pose_age_ns()});
   recorder_->write_counters(now_ns_, "recording", recorder_->counters());
   recorder_->write_counters(now_ns_, "recording file", recorder_->file_counters());
 }
@@ -397,7 +452,9 @@ void Pipeline::abandon_mapping() {
 }
 
 bool Pipeline::finish_recording() {
-  if (worker_) worker_->join();
+  // A mapping that is not finished is not waited for: its thread hangs.
+  constexpr std::int64_t last_steps_ns = ns_per_s;  // from the last result to the thread's end
+  if (worker_) was_mapper_left_ = !worker_->join_within(is_mapping_finished_ ? last_steps_ns : 0);
   if (recorder_ == nullptr) return true;
   if (is_recording_) record_counters();
   is_recording_ = false;
@@ -425,6 +482,9 @@ StatusReport Pipeline::status() const {
   report.scan_capacity = config_.mapping.mapper.scan_capacity;
   report.has_pose = has_pose_;
   report.map_from_body = map_from_body_;
+  report.pose_age_ns = pose_age_ns();
+  report.is_archive_stalled = is_archive_stalled_;
+  if (is_mapper_hung_) report.mapper_hung_ns = now_ns_ - mapper_beat_ns_;
   report.loops_closed = static_cast<std::uint32_t>(counters_.loops_closed);
   report.health = health_;
   report.has_loop = has_loop_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "alces_onboard/error.h"
+#include "alces_platform/dictionary/motor_check.h"
 #include "alces_platform/settings/byte_size.h"
 #include "alces_platform/settings/key_line.h"
 
@@ -125,6 +126,7 @@ Plan make_plan(const VehicleSettings& settings, const Options& options) {
   pipeline.scanner = settings.scanner;
   pipeline.maps = options.maps;
   pipeline.maps_incomplete_scans = settings.maps_incomplete_scans;
+  pipeline.mapping_timeout_ns = settings.mapping_timeout_ns;
   pipeline.records = !plan.recording.empty();
   pipeline.recording.configuration = settings.text;
   pipeline.recording_limit_bytes = settings.recording_limit_bytes;
@@ -154,6 +156,31 @@ Plan make_plan(const VehicleSettings& settings, const Options& options) {
   }
   plan.memory = Pipeline::memory_required(pipeline);
   return plan;
+}
+
+std::vector<std::string> check_drive(const VehicleSettings& settings, const Options& options) {
+  if (!settings.scanner.has_motor)
+    throw Error(ExitStatus::configuration,
+                fmt::format("{}: scanner.has_motor is false: there is no [motor] to hold against {}",
+                            options.config.string(), options.dcf.string()));
+  std::vector<std::string> warnings;
+  std::string errors;
+  try {
+    const ObjectDictionaryFile dictionary = ObjectDictionaryFile::read(options.dcf);
+    warnings = dictionary.warnings();
+    for (const MotorFinding& finding :
+         check_motor(settings.scanner.motor, options.config, settings.text, dictionary, options.dcf)) {
+      if (finding.is_error) {
+        errors += (errors.empty() ? "" : "\nalcesd: ") + finding.sentence;
+      } else {
+        warnings.push_back(finding.sentence);
+      }
+    }
+  } catch (const DictionaryError& error) {
+    errors = error.what();
+  }
+  if (!errors.empty()) throw Error(ExitStatus::configuration, errors);
+  return warnings;
 }
 
 std::string describe(const Plan& plan, const VehicleSettings& settings, const Options& options) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -18,8 +19,10 @@
 #include "alces_onboard/console.h"
 #include "alces_onboard/devices.h"
 #include "alces_onboard/error.h"
+#include "alces_onboard/leavable_thread.h"
 #include "alces_onboard/recording_name.h"
 #include "alces_onboard/run_lock.h"
+#include "alces_platform/doing.h"
 #include "alces_platform/linux/clock.h"
 #include "alces_platform/linux/realtime.h"
 #include "alces_platform/linux/watchdog.h"
@@ -31,7 +34,10 @@
 namespace alces::onboard {
 namespace {
 
-constexpr std::int64_t file_end_limit_ns = 30 * ns_per_s;
+// With BackgroundSinkConfig::leave_ns these are the 30 s that the page promises.
+constexpr std::int64_t file_end_limit_ns = 24 * ns_per_s;
+constexpr std::int64_t file_close_limit_ns = 4 * ns_per_s;
+constexpr std::int64_t hurried_file_end_limit_ns = 2 * ns_per_s;  ///< after a third signal
 constexpr std::int64_t console_end_limit_ns = ns_per_s;
 constexpr const char* motor_left_status = "the drive did not confirm that the motor stands: it may turn";
 
@@ -111,7 +117,9 @@ class Program {
       throw;
     }
     work();
-    finish();
+    const End end = finish();
+    if (is_thread_left_) leave_process(end.status, end.sentence);
+    if (end.status != ExitStatus::done) throw Error(end.status, end.sentence);
   }
 
  private:
@@ -123,7 +131,10 @@ class Program {
     if (!watchdog_.open()) fmt::print(stderr, "alcesd: {}\n", watchdog_.error());
     lines_.start();
     devices_.emplace(settings_, loop_);
-    make_pipeline();
+    {
+      const Doing taking("taking the mapper's and the recorder's memory");
+      make_pipeline();
+    }
     if (plan_.pipeline.records) {
       file_ring_.start();
       file_sync_.start([folder = recording_.has_parent_path() ? recording_.parent_path().string()
@@ -151,7 +162,7 @@ class Program {
       loop_.wake_at(pipeline_->next_wake_ns());
       loop_.run_once();
       const std::int64_t now = now_ns();
-      watchdog_.alive(now);
+      if (pipeline_->are_threads_alive()) watchdog_.alive(now);
       if (const auto notice = file_sync_.news(now)) pipeline_->raise(*notice);
       const StopStage next = stop.update(now, loop_.stop_requests(), devices_->is_idle());
       if (next != stage && next != StopStage::running)
@@ -224,34 +235,63 @@ class Program {
     if (tells_systemd) watchdog_.status(status_line_.data());
   }
 
-  void finish() {
+  struct End {
+    ExitStatus status = ExitStatus::done;
+    std::string sentence;
+  };
+
+  /// False: not all of it is on the disk, or the disk does not answer.
+  [[nodiscard]] bool close_recording() {
+    const bool is_handed_on = file_ring_.stop(std::max<std::int64_t>(0, file_deadline_ns_ - now_ns()));
+    if (file_ring_.was_left()) return false;
+    const bool is_synced = file_sync_.stop(file_close_limit_ns);
+    is_closer_left_ = file_sync_.error_number() == ETIMEDOUT;
+    if (is_closer_left_) return false;
+    closer_.start([this] { is_file_closed_ = file_.close(); });
+    is_closer_left_ = !closer_.join_within(file_close_limit_ns);
+    return !is_closer_left_ && is_file_closed_ && is_handed_on && is_synced;
+  }
+
+  /// Waits for no thread that does not come.
+  [[nodiscard]] End finish() {
     // Nobody acquires any more: the last chunks may wait for the disk.
-    file_ring_.let_writes_wait(file_end_limit_ns);
+    const std::int64_t limit_ns = loop_.stop_requests() >= 3 ? hurried_file_end_limit_ns : file_end_limit_ns;
+    file_deadline_ns_ = now_ns() + limit_ns;
+    file_ring_.let_writes_wait(limit_ns);
     file_reserve_.release();
     const bool is_taken = pipeline_->finish_recording();
     devices_->close();
-    bool is_whole = true;
-    if (plan_.pipeline.records) {
-      const bool is_handed_on = file_ring_.stop(file_end_limit_ns);
-      const bool is_synced = file_sync_.stop(file_end_limit_ns);
-      is_whole = is_taken && is_handed_on && is_synced && file_.close();
-    }
+    const bool is_whole = !plan_.pipeline.records || (close_recording() && is_taken);
     console_.end();
     lines_.stop(console_end_limit_ns);
-    print_summary();
-    const std::string cut =
-        is_whole
-            ? ""
-            : fmt::format(
-                  "{}: a part of the recording could not be written ({}); what is there "
-                  "can be read and replayed",
-                  recording_.string(),
-                  reason_of(file_.error_number() != 0 ? file_.error_number() : file_sync_.error_number()));
-    if (!pipeline_->is_motor_confirmed()) {
-      if (!is_whole) fmt::print(stderr, "alcesd: {}\n", cut);
-      throw Error(ExitStatus::motor, motor_left_sentence());
-    }
-    if (!is_whole) throw Error(ExitStatus::device, cut);
+    is_thread_left_ =
+        pipeline_->was_mapper_left() || file_ring_.was_left() || is_closer_left_ || lines_.was_left();
+    if (!lines_.was_left()) print_summary();
+
+    std::vector<End> ends;  // the worst last
+    if (!is_whole)
+      ends.push_back(
+          {ExitStatus::device,
+           fmt::format("{}: the end of the recording could not be written ({}); what is there can be read "
+                       "and replayed",
+                       recording_.string(),
+                       file_ring_.was_left() || is_closer_left_ ? std::string("its disk does not answer")
+                                                                : reason_of(file_.error_number() != 0 ? file_.error_number()
+                                                                     : file_sync_.error_number()))});
+    if (pipeline_->was_mapper_left())
+      ends.push_back(
+          {ExitStatus::hung,
+           fmt::format(
+               "the mapper did not come back from its last scan{}: it was left{}",
+               settings_.archive.empty() ? "" : " (does the disk of " + settings_.archive + " answer?)",
+               is_whole && plan_.pipeline.records ? "; the recording is whole, alces replay maps it" : "")});
+    if (!pipeline_->is_motor_confirmed()) ends.push_back({ExitStatus::motor, motor_left_sentence()});
+    if (ends.empty()) return {};
+    End worst = std::move(ends.back());
+    ends.pop_back();
+    if (!lines_.was_left())
+      for (const End& end : ends) fmt::print(stderr, "alcesd: {}\n", end.sentence);
+    return worst;
   }
 
   /// The last that is printed when nobody knows whether the head turns.
@@ -284,7 +324,7 @@ class Program {
       summary.add_all("recording's buffer", file_ring_.counters());
       summary.add_all("recording's disk", file_sync_.counters());
     }
-    if (archive_.problem() != ScanFileProblem::none)
+    if (!pipeline_->was_mapper_left() && archive_.problem() != ScanFileProblem::none)
       fmt::print(stderr, "alcesd: {}: {}\n", settings_.archive, text(archive_.problem()));
     summary.add("console", "lines_lost", console_.lines_lost());
     summary.print(stderr);
@@ -314,6 +354,11 @@ class Program {
   DiskReserve file_reserve_;
   BackgroundSink file_ring_;
   BackgroundSync file_sync_;
+  std::int64_t file_deadline_ns_ = 0;
+  LeavableThread closer_;
+  bool is_closer_left_ = false;
+  bool is_file_closed_ = false;  ///< by the closer
+  bool is_thread_left_ = false;
   ScanFile archive_;
   MonotonicStageClock clock_;
   Watchdog watchdog_;
@@ -337,6 +382,19 @@ settings::VehicleSettings read(const std::filesystem::path& file) {
   }
 }
 
+/// Without the heap: there may be none left to say it with.
+int complain_of_memory() noexcept {
+  const char* const doing = Doing::what();
+  std::fputs("alcesd: the machine has not the memory that is configured", stderr);
+  if (*doing != '\0') {
+    std::fputs(" (", stderr);
+    std::fputs(doing, stderr);
+    std::fputs(")", stderr);
+  }
+  std::fputs("; --dry-run prints the plan\n", stderr);
+  return static_cast<int>(ExitStatus::capacity);
+}
+
 }  // namespace
 
 void run(const Options& options, const char* version, std::FILE* out) {
@@ -345,11 +403,20 @@ void run(const Options& options, const char* version, std::FILE* out) {
     fmt::print(out, "the running alcesd was told to reset its motor; its log says what became of it\n");
     return;
   }
+  const Doing reading("reading", options.config.native());
   const settings::VehicleSettings settings = read(options.config);
   if (options.is_dry_run) {
-    fmt::print(out, "{}", describe(make_plan(settings, options), settings, options));
+    const Plan plan = make_plan(settings, options);
+    std::string drive;
+    if (!options.dcf.empty()) {
+      drive = fmt::format("\nThe drive has all that [motor] asks for, says {}\n", options.dcf.string());
+      for (const std::string& warning : check_drive(settings, options))
+        drive += fmt::format("  warning: {}\n", warning);
+    }
+    fmt::print(out, "{}{}", describe(plan, settings, options), drive);
     return;
   }
+  const Doing starting("starting");
   const auto program = std::make_unique<Program>(settings, options, version);  // too large for a stack
   program->run();
 }
@@ -365,8 +432,7 @@ int run_as_program(const Options& options, const char* version) {
   } catch (const Error& error) {
     return complain(error.exit_status(), error.what());
   } catch (const std::bad_alloc&) {
-    return complain(ExitStatus::capacity,
-                    "the machine has not the memory that is configured; --dry-run prints the plan");
+    return complain_of_memory();
   } catch (const std::system_error& error) {
     return complain(ExitStatus::capacity,
                     fmt::format("the machine has no room for another thread ({})", error.what()));

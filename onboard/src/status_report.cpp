@@ -28,6 +28,9 @@ class Line {
   std::size_t size_ = 0;
 };
 
+/// From here on a pose is not shown as if it were of now.
+constexpr std::int64_t old_pose_ns = 3 * ns_per_s;
+
 double megabytes(std::uint64_t bytes) {
   return static_cast<double>(bytes) * 1e-6;
 }
@@ -51,7 +54,10 @@ std::string_view format(const StatusReport& report, std::span<char> room) {
     if (report.has_pose) {
       const Eigen::Vector3d& at = report.map_from_body.translation_m;
       line.add(" | at %.1f %.1f %.1f m, %.0f deg", at.x(), at.y(), at.z(), heading_deg(report.map_from_body));
+      if (report.pose_age_ns >= old_pose_ns) line.add(", %.0f s AGO", seconds(report.pose_age_ns));
     }
+    if (report.mapper_hung_ns > 0) line.add(" | MAPPER HANGS for %.0f s", seconds(report.mapper_hung_ns));
+    if (report.is_archive_stalled) line.add(" | ARCHIVE STALLED");
     line.add(" | %u loops", report.loops_closed);
     if (report.has_loop) {
       const LoopReport& loop = report.last_loop;

@@ -140,7 +140,8 @@ constexpr std::array<mcap::Schema, schema_count> all_schemas = {{
      "uint32 iterations\n"  //
      ALCES_TIME},
     {"alces_msgs/msg/GraphEdge",
-     "# An edge of the pose graph: the pose of to_scan seen from from_scan, and its variances.\n"
+     "# An edge of the pose graph: the pose of to_scan seen from from_scan, and its variances,\n"
+     "# those of translation along the axes of to_scan's body.\n"
      "builtin_interfaces/Time stamp\n"
      "uint32 from_scan\n"
      "uint32 to_scan\n"

@@ -9,6 +9,7 @@ namespace alces::mcap {
 namespace {
 
 constexpr std::size_t read_step_bytes = std::size_t{1} << 16;
+constexpr std::size_t head_copy_within_bytes = std::size_t{4} << 20;  ///< behind the first chunk
 
 /// The fixed part of a chunk with this compression; what comes before the records.
 struct ChunkHeader {
@@ -52,10 +53,33 @@ bool is_index_of_this_length(std::span<const std::uint8_t> content) {
   return !in.failed() && entries_bytes == in.left();
 }
 
+/// The whole of a copy's record, with the right CRC.
+bool is_head_copy(std::span<const std::uint8_t> content) {
+  ByteReader in(content);
+  const std::uint32_t crc = in.u32();
+  const std::span<const std::uint8_t> head = in.bytes(in.left());
+  return head.size() >= magic.size() && std::equal(magic.begin(), magic.end(), head.begin()) &&
+         crc == crc32(head);
+}
+
 bool is_known(std::uint8_t opcode) {
   return (opcode >= static_cast<std::uint8_t>(Opcode::header) &&
           opcode <= static_cast<std::uint8_t>(Opcode::data_end)) ||
-         opcode == static_cast<std::uint8_t>(Opcode::index_page);
+         opcode == static_cast<std::uint8_t>(Opcode::index_page) ||
+         opcode == static_cast<std::uint8_t>(Opcode::head_copy);
+}
+
+bool is_of_head(std::uint8_t opcode) {
+  switch (static_cast<Opcode>(opcode)) {
+    case Opcode::header:
+    case Opcode::schema:
+    case Opcode::channel:
+    case Opcode::attachment:
+    case Opcode::metadata:
+      return true;
+    default:
+      return false;
+  }
 }
 
 std::string quoted(std::string_view text) {
@@ -110,18 +134,57 @@ void Reader::problem(std::uint64_t at, const std::string& what) {
 }
 
 bool Reader::open() {
-  const Bytes begin = peek(magic.size());
-  if (!std::ranges::equal(begin, magic)) {
+  const bool is_head_read = read_head_by_copy();
+  const Bytes begin = is_head_read ? Bytes() : peek(magic.size());
+  if (!is_head_read && !std::ranges::equal(begin, magic)) {
     const bool is_beginning = std::equal(begin.begin(), begin.end(), magic.begin());
     problem(0, is_beginning ? "the file ends within its first 8 bytes; nothing was recorded"
                             : "this is no MCAP file (its first bytes are others)");
     done_ = true;
     return false;
   }
-  consume(magic.size());
+  if (!is_head_read) consume(magic.size());
   while (chunk_.empty() && !loose_message_ && read_record()) {
   }
   return true;
+}
+
+bool Reader::read_head_by_copy() {
+  for (std::size_t size = read_step_bytes; size <= head_copy_within_bytes; size *= 4) {
+    const Bytes window = peek(size);  // in steps, so that a small file costs little
+    if (read_head_by_copy(window)) return true;
+    if (window.size() < size) break;
+  }
+  return false;
+}
+
+bool Reader::read_head_by_copy(Bytes window) {
+  for (auto from = window.begin();;) {
+    const auto found = std::search(from, window.end(), magic.begin(), magic.end());
+    if (found == window.end()) return false;
+    from = found + 1;
+    const auto at = static_cast<std::size_t>(found - window.begin());
+    if (at < head_copy_prefix_bytes) continue;
+    const Bytes record = window.subspan(at - head_copy_prefix_bytes);
+    const std::uint64_t length = ByteReader(record.subspan(1)).u64();
+    if (record[0] != static_cast<std::uint8_t>(Opcode::head_copy) ||
+        length > record.size() - record_header_bytes ||
+        !is_head_copy(record.subspan(record_header_bytes, static_cast<std::size_t>(length))))
+      continue;
+    const Bytes head =
+        record.subspan(head_copy_prefix_bytes, static_cast<std::size_t>(length) - sizeof(std::uint32_t));
+    if (head.size() > at - head_copy_prefix_bytes) continue;
+    ByteReader records(head.subspan(magic.size()));
+    while (records.left() > 0 && !records.failed()) {
+      const std::uint8_t opcode = records.u8();
+      const Bytes content = records.bytes(records.u64());
+      if (!records.failed() && is_of_head(opcode)) read_content(static_cast<Opcode>(opcode), content);
+    }
+    if (!std::ranges::equal(window.first(head.size()), head))
+      problem(0, "the file's first bytes are damaged; what they say is read from their copy");
+    consume(head.size());
+    return true;
+  }
 }
 
 bool Reader::next(ReadMessage& message) {
@@ -162,6 +225,8 @@ bool Reader::read_record() {
     return resynchronise("a chunk whose lengths do not fit");
   if (opcode == static_cast<std::uint8_t>(Opcode::message_index) && !is_index_of_this_length(content))
     return resynchronise("a message index whose lengths do not fit");
+  if (opcode == static_cast<std::uint8_t>(Opcode::head_copy) && !is_head_copy(content))
+    return resynchronise("a copy of the file's first bytes that is damaged");
 
   pending_ = whole;
   if (!is_known(opcode)) {
@@ -319,6 +384,7 @@ void Reader::read_content(Opcode opcode, Bytes content) {
     case Opcode::attachment_index:
     case Opcode::metadata_index:
     case Opcode::summary_offset:
+    case Opcode::head_copy:
       return;  // for those who jump; we walk
   }
 }

@@ -41,7 +41,8 @@ Writer::Writer(Arena& arena, const WriterConfig& config, ByteSink* sink) : confi
   ByteWriter dry({});
   write_head(dry);
   const std::size_t channels = config.channels.size();
-  scratch_ = arena.allocate<std::uint8_t>(std::max<std::size_t>(dry.position(), 16384));
+  scratch_ =
+      arena.allocate<std::uint8_t>(std::max<std::size_t>(head_copy_prefix_bytes + dry.position(), 16384));
   chunk_ =
       arena.allocate<std::uint8_t>(chunk_prefix_bytes + config.chunk_bytes + channels * index_header_bytes +
                                    std::size_t{config.messages_per_chunk} * index_entry_bytes);
@@ -107,6 +108,7 @@ bool Writer::flush() {
   counters_.messages_written += entry_count_;
   for (std::size_t channel = 0; channel < counts_.size(); ++channel) totals_[channel] += counts_[channel];
   start_chunk();
+  append_head_copy();
   return true;
 }
 
@@ -206,6 +208,22 @@ bool Writer::ensure_head() {
   write_head(head);
   head_written_ = append(head.written());
   return head_written_;
+}
+
+/// A sink that does not take it is asked again behind the next chunk.
+void Writer::append_head_copy() {
+  if (is_head_copied_) return;
+  const Place metadata = metadata_;  // the summary's indexes lead to the first ones
+  const Place attachment = attachment_;
+  ByteWriter head(scratch_.subspan(head_copy_prefix_bytes));
+  write_head(head);
+  metadata_ = metadata;
+  attachment_ = attachment;
+  ByteWriter prefix(scratch_);
+  prefix.u8(static_cast<std::uint8_t>(Opcode::head_copy));
+  prefix.u64(sizeof(std::uint32_t) + head.position());
+  prefix.u32(crc32(head.written()));
+  is_head_copied_ = append(scratch_.first(head_copy_prefix_bytes + head.position()));
 }
 
 void Writer::write_head(ByteWriter& out) {

@@ -79,6 +79,8 @@ void visit_program(Settings& vehicle, Visitor& visit) {
   visit.text("archive", vehicle.archive, "a file for scans that do not fit; empty: none");
   visit.number("scan_slots", vehicle.scan_slots, 1, 1000, "scans that may wait for the mapper");
   visit.flag("maps_incomplete_scans", vehicle.maps_incomplete_scans, "");
+  duration_s(visit, "mapping_timeout_s", vehicle.mapping_timeout_ns, 1, an_hour_s,
+             "a scan that takes the mapper longer: it hangs, and the watchdog is told no more");
   visit.text("recording", vehicle.recording,
              "an MCAP file, %t: UTC of the start; empty: nothing is recorded");
   size("recording_limit", vehicle.recording_limit_bytes, 0, 1e15, "then recording ends; 0: none");

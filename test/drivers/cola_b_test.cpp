@@ -125,6 +125,7 @@ void put(Bytes& bytes, std::uint32_t value, std::size_t count) {
 
 struct Fake {
   std::uint16_t telegram_counter = 1;
+  int layer_angle = 0;
   std::uint32_t start_us = 1000;
   std::uint32_t transmission_us = 42000;
   std::uint32_t count = 3;
@@ -143,7 +144,8 @@ Bytes scan_payload(const Fake& fake) {
   put(bytes, fake.telegram_counter, 2);
   put(bytes, fake.start_us, 4);
   put(bytes, fake.transmission_us, 4);
-  put(bytes, 0, 6);
+  put(bytes, 0, 4);
+  put(bytes, static_cast<std::uint32_t>(fake.layer_angle) & 0xFFFF, 2);
   put(bytes, 2500, 4);
   put(bytes, 540, 4);
   put(bytes, 1, 2);  // an encoder
@@ -320,6 +322,23 @@ TEST_CASE("a peer that sends only garbage is told once and dropped each time, an
     rig.run(0.01);
   }
   CHECK(rig.drops == 2);
+}
+
+TEST_CASE("a laser of several layers is refused by name, with its middle layer") {
+  Rig rig({.is_listen_only = true});
+  rig.driver.start(rig.now_ns);
+  rig.driver.on_bytes(frame(scan_payload({.telegram_counter = 1})), rig.now_ns);
+  CHECK(rig.profiles.size() == 1);  // so far it may be any
+  const std::size_t told = rig.notices.size();
+  for (std::uint16_t i = 2; i < 42; ++i) {
+    constexpr int layers[] = {-500, 0, 250, -250};
+    rig.driver.on_bytes(frame(scan_payload({.telegram_counter = i, .layer_angle = layers[i % 4]})),
+                        rig.now_ns);
+  }
+  CHECK(rig.profiles.size() == 1);
+  CHECK(rig.driver.counters().layers_refused == 40);
+  CHECK(rig.was_told("the laser scans in several layers (MRS 1000, say): it has no driver"));
+  CHECK(rig.notices.size() == told + 1);
 }
 
 TEST_CASE("scan data is read past other channels and encoders, and refused when it is cut off anywhere") {

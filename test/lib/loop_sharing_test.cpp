@@ -202,6 +202,37 @@ TEST_CASE("along a simple loop the error goes where it most likely arose") {
   }
 }
 
+TEST_CASE("wherever the map lies and however it is turned, each rule gives the same map, moved with it") {
+  for (const SharingRule rule : rules) {
+    Random random(12);
+    for (int round = 0; round < 20; ++round) {
+      Bench bench;
+      add_ring(*bench.graph, 40, random);
+      join(*bench.graph, 4, 17, random);
+      join(*bench.graph, 35, 22, random);  // against the drive
+      const std::uint32_t f = round % 2 == 0 ? 0 : 3;
+      const Pose map_from_l = random_pose(random, 1, 0.05) * bench.poses()[39];
+      const Pose quarter_turn = pose_at(0, 0, 0, 90);
+      const Pose moved = round < 4 ? quarter_turn : random_pose(random, 100, 3);
+      Bench other;
+      for (const Pose& pose : bench.poses()) REQUIRE(other.graph->add_vertex(moved * pose) == Status::ok);
+      for (const Edge& edge : bench.graph->edges()) REQUIRE(other.graph->add_edge(edge) == Status::ok);
+      CAPTURE(static_cast<int>(rule), round);
+      const EdgeVariance match{4e-3, 1e-3, 1e-4, 3e-5};
+      REQUIRE(bench.sharing->prepare(*bench.graph, f, 39) == Status::ok);
+      REQUIRE(other.sharing->prepare(*other.graph, f, 39) == Status::ok);
+      CHECK(other.sharing->mahalanobis2(*other.graph, moved * map_from_l, match) ==
+            Approx(bench.sharing->mahalanobis2(*bench.graph, map_from_l, match)).epsilon(1e-6));
+      REQUIRE(bench.share(f, 39, map_from_l, rule) == Status::ok);
+      REQUIRE(other.share(f, 39, moved * map_from_l, rule) == Status::ok);
+      for (std::uint32_t i = 0; i < 40; ++i) {
+        CHECK(distance_m(moved * bench.poses()[i], other.poses()[i]) < 1e-6);
+        CHECK(distance_rad(moved * bench.poses()[i], other.poses()[i]) < 1e-6);
+      }
+    }
+  }
+}
+
 TEST_CASE("an edge that is much less sure than the others takes the error") {
   Bench bench;
   PoseGraph& graph = *bench.graph;

@@ -68,7 +68,7 @@ ConstraintGraph write_map(const fs::path& map) {
   ConstraintGraph graph = sample_graph({.streets = 4});
   nlohmann::json loops = nlohmann::json::array();
   for (Constraint& c : graph.constraints) {
-    c.information = g2o_information(variance, graph.vertices[c.to].map_from_body.rotation);
+    c.information = g2o_information(variance);
     if (c.to - c.from == 1) continue;
     loops.push_back({{"first", c.from},
                      {"last", c.to},

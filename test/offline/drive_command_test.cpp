@@ -134,6 +134,24 @@ TEST_CASE("traces of candump and gpiomon alone replay: lines are named as the co
   }
 }
 
+TEST_CASE("a laser alone replays through its driver, though there is no head whose angle would make scans") {
+  const TemporaryFolder& folder = short_drive();
+  REQUIRE(run_alces(folder, "convert drive.mcap whole").status == 0);
+  std::filesystem::create_directory(folder / "alone");
+  for (const char* name : {"laser_a.bin", "laser_a.times", "vehicle.toml"})
+    std::filesystem::copy_file(folder / "whole" / name, folder / "alone" / name);
+  const ProgramOutcome outcome = run_alces(folder, "replay alone --out of_laser");
+  INFO(outcome.out << outcome.err);
+  CHECK(outcome.status == 3);
+  CHECK_THAT(outcome.err, Contains("none of the scans could be mapped") &&
+                              Contains("nothing of a CAN bus is in the drive"));
+  const std::string said = outcome.out + outcome.err;
+  const std::size_t at = said.find("laser_a.profiles: ");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stoi(said.substr(at + 18)) > 500);  // 75 a second
+  CHECK_THAT(said, !Contains("motor."));
+}
+
 TEST_CASE("a recording that was cut off maps as far as it goes, and says so") {
   const TemporaryFolder& folder = short_drive();
   const std::string whole = content_of(folder / "drive.mcap");

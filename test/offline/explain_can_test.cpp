@@ -2,7 +2,9 @@
 
 #include <sys/wait.h>
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -411,6 +413,38 @@ TEST_CASE("explain-can prints a line a frame and a summary, for people and for m
   CHECK(objects[1]["stamp_s"] == 1.1);
   CHECK(objects[1]["text"] == "TPDO1 of node 4: mapping not known, 18 06 01 00");  // the EDS is node 9's
   CHECK(objects[4]["summary"]["frames"] == 4);
+}
+
+TEST_CASE("explain-can prints a repeated emergency once, counts it, and prints it again after a while") {
+  const TemporaryFolder folder;
+  std::string trace;
+  const auto add = [&trace](double stamp_s, const std::string& frame) {
+    std::array<char, 64> line{};
+    std::snprintf(line.data(), line.size(), "(%.6f) can0 %s\n", stamp_s, frame.c_str());
+    trace += line.data();
+  };
+  for (int i = 0; i < 2000; ++i) {  // two that take turns, among others' frames
+    add(1000 + 0.001 * i, i % 2 == 0 ? "081#3081110000000000" : "081#1032110000000000");
+    add(1000.0005 + 0.001 * i, "701#05");
+  }
+  add(1100, "081#3081110000000000");
+  folder.write("flood.log", trace);
+  const Outcome outcome = run(folder, "flood.log");
+  INFO(outcome.err);
+  REQUIRE(outcome.status == 0);
+  const std::string listed = outcome.out.substr(0, outcome.out.find("4001 frames:"));
+  const auto count = [](const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+    return found;
+  };
+  CHECK(count(listed, "EMCY of node 1: 0x8130") == 2);
+  CHECK(count(listed, "EMCY of node 1: 0x3210") == 1);
+  CHECK(count(listed, "heartbeat of node 1") == 2000);
+  CHECK_THAT(listed, Catch::Contains("(and 999 times since it was printed last)"));
+  CHECK_THAT(outcome.out, Catch::Contains("worth a look (2001 frames):") &&
+                              Catch::Contains("(1001 times, the last in line 4001)") &&
+                              Catch::Contains("(1000 times, the last in line 3999)"));
 }
 
 TEST_CASE("explain-can says in one sentence what it cannot read") {

@@ -69,6 +69,32 @@ TEST_CASE("elch on a graph: a drive through a town comes closer to the truth, an
   }
 }
 
+TEST_CASE("elch on a graph: wherever it lies and however it is turned, the same comes out, moved with it") {
+  for (const bool is_planar : {false, true}) {
+    for (const SharingRule rule : rules) {
+      ConstraintGraph graph = sample_graph({.poses = 200, .loops = 12, .seed = 3, .is_planar = is_planar});
+      for (Constraint& c : graph.constraints) {  // some edges are less sure ahead, others to the side
+        c.information.row(c.to % 2) /= 5;
+        c.information.col(c.to % 2) /= 5;
+        c.planar_information.row(c.to % 2) /= 5;
+        c.planar_information.col(c.to % 2) /= 5;
+      }
+      for (const double turn_rad : {std::acos(-1.0) / 2, 0.7}) {
+        const Pose moved = planar_pose(300, -40, turn_rad);
+        ConstraintGraph other = graph;
+        for (ConstraintVertex& vertex : other.vertices) vertex.map_from_body = moved * vertex.map_from_body;
+        ConstraintGraph expected = graph;
+        CHECK(close_loops_with_elch(expected, {.rule = rule}).loops > 5);
+        close_loops_with_elch(other, {.rule = rule});
+        CAPTURE(is_planar, static_cast<int>(rule), turn_rad);
+        for (std::size_t i = 0; i < graph.vertices.size(); ++i)
+          REQUIRE(
+              same_pose(other.vertices[i].map_from_body, moved * expected.vertices[i].map_from_body, 1e-5));
+      }
+    }
+  }
+}
+
 TEST_CASE("elch on a graph: dense with loops, both rules stay bounded") {
   if (!test::has_test_data("pose_graphs/smallGrid3D.g2o")) return;
   for (const SharingRule rule : rules) {

@@ -59,6 +59,19 @@ TEST_CASE("optimize --with lum makes a better map folder of a map folder") {
   CHECK(std::count(covariances.begin(), covariances.end(), '\n') == scan_count + 1);
 }
 
+TEST_CASE("covariances that cannot be written leave the whole folder of before, and say so") {
+  const TemporaryFolder folder;
+  make_map(folder);
+  REQUIRE(run_alces(folder, "optimize map --with gn --out better").status == 0);
+  const std::string before = content_of(folder / "better/run.json");
+  std::filesystem::create_symlink("/dev/full", folder / "better/covariances.csv");
+  const ProgramOutcome outcome = run_alces(folder, "optimize map --with lum --covariances --out better");
+  INFO(outcome.err);
+  CHECK(outcome.status == 5);
+  CHECK_THAT(outcome.err, Contains("better/covariances.csv"));
+  CHECK(content_of(folder / "better/run.json") == before);
+}
+
 TEST_CASE("what lum cannot work with ends in a sentence, and leaves nothing") {
   const TemporaryFolder folder;
   make_map(folder);

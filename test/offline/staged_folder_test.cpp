@@ -1,11 +1,16 @@
 // A folder that is replaced whole: what stays, what goes, and what is found wherever it is interrupted.
 #include "alces_offline/staged_folder.h"
 
+#include <fcntl.h>
 #include <sys/mount.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <set>
 
@@ -18,6 +23,45 @@ using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace {
+
+/// A file system that knows no exchange, as FAT and NFS.
+bool has_exchange = true;
+/// So many renames go well, then one fails; negative: none fails.
+int renames_until_failure = -1;
+
+}  // namespace
+
+// In place of the C library's, for this program alone.
+extern "C" int renameat2(int from_folder, const char* from, int to_folder, const char* to,
+                         unsigned flags) noexcept {
+  if (flags != 0 && !has_exchange) {
+    errno = EINVAL;
+    return -1;
+  }
+  return static_cast<int>(::syscall(SYS_renameat2, from_folder, from, to_folder, to, flags));
+}
+
+extern "C" int rename(const char* from, const char* to) noexcept {
+  if (renames_until_failure == 0) {
+    renames_until_failure = -1;
+    errno = EIO;
+    return -1;
+  }
+  if (renames_until_failure > 0) --renames_until_failure;
+  return static_cast<int>(::syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
+}
+
+namespace {
+
+struct WithoutExchange {
+  WithoutExchange() { has_exchange = false; }
+  WithoutExchange(const WithoutExchange&) = delete;
+  WithoutExchange& operator=(const WithoutExchange&) = delete;
+  ~WithoutExchange() {
+    has_exchange = true;
+    renames_until_failure = -1;
+  }
+};
 
 void put(const fs::path& file, std::string_view text) {
   fs::create_directories(file.parent_path());
@@ -185,6 +229,70 @@ TEST_CASE("what a killed run left is put right by the next one") {
   CHECK(fs::exists(folder / "town/run.json"));
   check_map(folder / "town", content_of(folder / "town/run.json"));
   CHECK(fs::exists(folder / "town/photos/a.jpg") == has_photos);
+  check_names(folder.path(), {"town"});
+}
+
+TEST_CASE("on a file system without exchange a folder is replaced by two renames, files of others stay") {
+  const WithoutExchange fat;
+  const TemporaryFolder folder;
+  const fs::path town = folder / "town";
+  write_map(town, "old", true);
+  put(town / "notes.txt", "mine");
+  put(town / "photos/a.jpg", "mine, too");
+  put(town / "open.archive", "in use");
+  const int open = ::open((town / "open.archive").c_str(), O_RDONLY);
+  REQUIRE(open >= 0);
+  replace(town, "new");
+  check_map(town, "new");
+  CHECK_FALSE(fs::exists(town / "counters.csv"));
+  CHECK(content_of(town / "notes.txt") == "mine");
+  CHECK(content_of(town / "photos/a.jpg") == "mine, too");
+  struct stat held {};
+  struct stat there {};
+  CHECK(::fstat(open, &held) == 0);
+  CHECK(::stat((town / "open.archive").c_str(), &there) == 0);
+  CHECK(held.st_ino == there.st_ino);
+  ::close(open);
+  check_names(folder.path(), {"town"});
+}
+
+TEST_CASE("without exchange, a rename that fails leaves the old folder under its name") {
+  const WithoutExchange fat;
+  const TemporaryFolder folder;
+  write_map(folder / "town", "old");
+  {
+    StagedFolder stage(folder / "town");
+    write_map(stage.staging(), "new");
+    renames_until_failure = 1;  // the old one aside goes well
+    CHECK_THROWS_WITH(stage.commit(), Contains("cannot be written (Input/output error)"));
+  }
+  check_map(folder / "town", "old");
+  check_names(folder.path(), {"town"});
+}
+
+TEST_CASE("without exchange, killed at any time, the next run finds one whole map") {
+  const WithoutExchange fat;
+  const TemporaryFolder folder;
+  const fs::path town = folder / "town";
+  write_map(town, "0");
+  put(town / "notes.txt", "mine");
+  for (int round = 0; round < 40; ++round) {
+    const pid_t writer = ::fork();
+    REQUIRE(writer >= 0);
+    if (writer == 0) {
+      for (int i = 1;; ++i) replace(town, std::to_string(i % 7 + 1));
+    }
+    ::usleep(static_cast<useconds_t>(1000 + 700 * round));
+    ::kill(writer, SIGKILL);
+    int status = 0;
+    ::waitpid(writer, &status, 0);
+    { const StagedFolder next(town); }
+    REQUIRE(fs::exists(town / "run.json"));
+    check_map(town, content_of(town / "run.json"));
+    CHECK(content_of(town / "notes.txt") == "mine");
+  }
+  replace(town, "last");
+  check_map(town, "last");
   check_names(folder.path(), {"town"});
 }
 

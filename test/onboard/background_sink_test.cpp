@@ -124,6 +124,24 @@ TEST_CASE("what was written is read back once it is handed on, and nobody waits 
   CHECK(sink.stop(10 * ns_per_s));
 }
 
+TEST_CASE(
+    "a background sink does not wait for a sink below that does not come back, and says that it was left") {
+  class HangingSink final : public ByteSink {
+   public:
+    [[nodiscard]] bool write(std::span<const std::uint8_t>) override {
+      while (hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      return true;
+    }
+    std::atomic<bool> hangs{true};
+  } below;
+  BackgroundSink sink(below, {.ring_bytes = 1024, .leave_ns = 20 * ns_per_ms});
+  sink.start();
+  REQUIRE(sink.write(piece(1, 100)));
+  CHECK_FALSE(sink.stop(20 * ns_per_ms));
+  CHECK(sink.was_left());
+  below.hangs = false;  // for the test's own end: alcesd leaves the process instead
+}
+
 TEST_CASE("at a file's end writes may wait for room") {
   SlowSink below;
   below.refuses = true;

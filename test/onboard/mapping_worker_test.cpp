@@ -175,7 +175,7 @@ TEST_CASE("on its own thread a worker hands back one result a scan, in order, th
     std::this_thread::yield();
   }
   REQUIRE(has_ended);
-  worker.join();
+  CHECK(worker.join_within(10 * ns_per_s));
   CHECK(received == 30);
   CHECK(worker.mapper().scan_count() == 30);
 }

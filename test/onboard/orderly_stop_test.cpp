@@ -116,7 +116,7 @@ TEST_CASE("a third request, or a scanner that does not stop, is waited for no lo
 
 TEST_CASE("a mapper that is not done in time is told to leave the rest") {
   StopBench bench(false);
-  OrderlyStop stop(bench.pipeline, {.mapping_limit_ns = 100 * ns_per_ms});
+  OrderlyStop stop(bench.pipeline, {.mapping_limit_ns = 100 * ns_per_ms, .leave_limit_ns = 60 * ns_per_s});
   bench.feeder.maps = false;
   bench.run(stop, 1, 30 * ns_per_s, false);
   REQUIRE(stop.stage() == StopStage::finishing_map);

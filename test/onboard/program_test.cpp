@@ -132,6 +132,37 @@ TEST_CASE("memory that is too small is a configuration error that says how much 
                  Contains("give at least ") && Contains(" KiB\n"));
 }
 
+TEST_CASE("memory that the machine does not have ends alcesd with a sentence that says what it was for") {
+  if (std::string(ALCESD_PROGRAM).find("asan") != std::string::npos)
+    return;  // it takes terabytes of addresses
+  const Folder folder;
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  vehicle.memory_bytes = std::size_t{3} << 30;
+  const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle));
+  const Outcome outcome = run("ulimit -v 2000000; exec " + std::string(ALCESD_PROGRAM) + " --config " +
+                              file.string() + " --record " + (folder.path() / "drive.mcap").string());
+  CHECK(outcome.status == 4);
+  CHECK_THAT(outcome.output,
+             Contains("alcesd: the machine has not the memory that is configured (taking the mapper's"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "drive.mcap"));
+}
+
+TEST_CASE("alcesd --dry-run --dcf holds the motor's table against the drive's own file") {
+  const Folder folder;
+  const auto config = folder.write("vehicle.toml", settings::default_vehicle_settings().text);
+  const auto eds = folder.write("drive.eds", "[1000]\nParameterName=A\nDataType=7\nAccessType=ro\n");
+  const std::string dry_run = "--config " + config.string() + " --dry-run --dcf ";
+  const Outcome lacking = alcesd(dry_run + eds.string());
+  CHECK(lacking.status == 3);
+  CHECK_THAT(lacking.output, Contains("vehicle.toml:") &&
+                                 Contains("motor.tpdos: the drive has no 0x6041:00") &&
+                                 Contains("drive.eds)"));
+  const Outcome absent = alcesd(dry_run + (folder.path() / "absent.eds").string());
+  CHECK(absent.status == 3);
+  CHECK_THAT(absent.output, Contains("absent.eds: is no file"));
+  CHECK(alcesd("--config " + config.string() + " --dcf " + eds.string()).status == 2);
+}
+
 TEST_CASE("wrong usage and wrong configurations have their exit statuses and name file and line") {
   const Folder folder;
   CHECK(alcesd("").status == 2);

@@ -95,16 +95,62 @@ TEST_CASE("with any byte damaged nothing is read that was not recorded, and the 
   CHECK(fewest > event_count / 2);  // one chunk at most, of several
 }
 
-TEST_CASE("with bytes of the head damaged, reading never fails worse than by losing channels") {
+/// As it was read from the whole recording, but for the damage that is said.
+bool is_all_there(const ReadBack& read, std::uint32_t events) {
+  if (!read.opened || read.is_whole || read.events.size() != events) return false;
+  for (std::uint32_t i = 0; i < events; ++i)
+    if (!sample::same(read.events[i].event, sample::event_at(i).event)) return false;
+  return true;
+}
+
+TEST_CASE("with any byte of the head damaged, its copy behind the first chunk says what it said") {
   const Bytes whole = sample_recording(40);
+  const std::string configuration = read_back(whole).configuration;
+  REQUIRE_FALSE(configuration.empty());
   const std::size_t first_chunk = records(whole, 6)[0];
-  std::size_t invented = 0;
-  for (std::size_t at = 8; at < first_chunk; at += 11) {
+  std::size_t lost = 0;
+  for (std::size_t at = 0; at < first_chunk; at += 11) {
     Bytes damaged = whole;
     damaged[at] ^= 0x41;
-    if (read_back(damaged).events.size() > 40) ++invented;
+    const ReadBack read = read_back(damaged);
+    if (!is_all_there(read, 40) || read.configuration != configuration) ++lost;
   }
-  CHECK(invented == 0);
+  CHECK(lost == 0);
+}
+
+TEST_CASE("a recording whose whole head is gone is read by its copy") {
+  const Bytes whole = sample_recording(event_count);
+  const std::size_t first_chunk = records(whole, 6)[0];
+  Bytes damaged = whole;
+  std::fill_n(damaged.begin(), first_chunk, std::uint8_t{0});
+  const ReadBack read = read_back(damaged);
+  CHECK(is_all_there(read, event_count));
+  CHECK(read.configuration == read_back(whole).configuration);
+  REQUIRE_FALSE(read.problems.empty());
+  CHECK_THAT(read.problems[0], Catch::Contains("what they say is read from their copy"));
+
+  SECTION("without its first chunk, too, it is read from the second on") {
+    std::fill_n(damaged.begin(), records(whole, 0x81)[0], std::uint8_t{0});
+    const ReadBack rest = read_back(damaged);
+    CHECK(rest.events.size() > event_count / 2);
+    CHECK(are_recorded_in_order(rest));
+  }
+  SECTION("where the copy is damaged instead, the head is what counts") {
+    Bytes other = whole;
+    other[records(whole, 0x81)[0] + 100] ^= 1;
+    CHECK(is_all_there(read_back(other), event_count));
+  }
+}
+
+TEST_CASE("a copy of the head that cannot be is passed over, and the head counts") {
+  const Bytes whole = sample_recording(40);
+  const std::size_t copy = records(whole, 0x81)[0];
+  for (const std::size_t length : {0UL, 3UL, 12UL, std::size_t{1} << 40}) {
+    Bytes damaged = whole;
+    const std::uint64_t written = length;
+    std::memcpy(damaged.data() + copy + 1, &written, sizeof written);
+    CHECK(read_back(damaged).configuration == read_back(whole).configuration);
+  }
 }
 
 TEST_CASE("a chunk with a wrong CRC is passed over, counted and told with its byte") {

@@ -22,12 +22,19 @@ inline std::vector<Eigen::Matrix4d> plain_share(const PoseGraph& graph, std::uin
   const Eigen::Matrix4d p_f = poses[f];
   const Eigen::Matrix4d delta = p_f.inverse() * map_from_l * poses[l].inverse() * p_f;  // item 3
 
-  std::array<std::vector<double>, 4> w;  // item 4
+  std::array<std::vector<double>, 4> w;  // item 4, along the axes of f, as delta is
   for (std::size_t cost = 0; cost < 4; ++cost) {
     std::vector<PlainEdge> edges;
     for (const Edge& edge : graph.edges()) {
       const EdgeVariance& v = edge.variance;
-      edges.push_back({edge.from, edge.to, std::array{v.x_m2, v.y_m2, v.z_m2, v.rotation_rad2}[cost]});
+      const Eigen::Matrix3d turn =
+          p_f.topLeftCorner<3, 3>().transpose() * poses[edge.to].topLeftCorner<3, 3>();
+      double along_f = 0;
+      if (cost < 3) {
+        const Eigen::RowVector3d axis = turn.row(static_cast<Eigen::Index>(cost));
+        along_f = axis.x() * axis.x() * v.x_m2 + axis.y() * axis.y() * v.y_m2 + axis.z() * axis.z() * v.z_m2;
+      }
+      edges.push_back({edge.from, edge.to, cost < 3 ? along_f : v.rotation_rad2});
     }
     w[cost] = PlainLoopOptimizer(graph.vertex_count(), edges).weights(f, l);
   }
@@ -49,8 +56,8 @@ inline std::vector<Eigen::Matrix4d> plain_share(const PoseGraph& graph, std::uin
   return bent;
 }
 
-/// A chain of places, each edge of which may shift what follows by (x, y, z) and turn it about the place
-/// it leads to: six numbers an edge. Edge j leads from places[j] to places[j + 1].
+/// A chain of places, each edge of which may shift what follows by (x, y, z), along the axes of the place it
+/// leads to, and turn it about that place: six numbers an edge. Edge j leads from places[j] to places[j + 1].
 struct PlainChain {
   std::vector<Pose> places;
   std::vector<EdgeVariance> variances;
@@ -61,8 +68,9 @@ struct PlainChain {
       const auto at = static_cast<Eigen::Index>(6 * j);
       const Eigen::Quaterniond turn = exp_so3(parts.segment<3>(at + 3));
       const Eigen::Vector3d pivot = bent[j + 1].translation_m;
+      const Eigen::Vector3d shift = bent[j + 1].rotation * Eigen::Vector3d(parts.segment<3>(at));
       for (std::size_t i = j + 1; i < bent.size(); ++i) {
-        bent[i].translation_m = turn * (bent[i].translation_m - pivot) + pivot + parts.segment<3>(at);
+        bent[i].translation_m = turn * (bent[i].translation_m - pivot) + pivot + shift;
         bent[i].rotation = (turn * bent[i].rotation).normalized();
       }
     }
@@ -112,7 +120,10 @@ struct PlainChain {
   [[nodiscard]] double mahalanobis2(const Pose& goal, const EdgeVariance& match) const {
     Matrix6d both = covariance();
     const double r = match.rotation_rad2 / 3;
-    both.diagonal() += (Vector6d() << match.x_m2, match.y_m2, match.z_m2, r, r, r).finished();
+    const Eigen::Matrix3d axes = goal.rotation.toRotationMatrix();
+    both.topLeftCorner<3, 3>() +=
+        axes * Eigen::Vector3d(match.x_m2, match.y_m2, match.z_m2).asDiagonal() * axes.transpose();
+    both.diagonal().tail<3>().array() += r;
     const Vector6d e = offset(places.back(), goal);
     return e.dot(both.ldlt().solve(e));
   }

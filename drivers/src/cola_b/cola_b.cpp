@@ -565,6 +565,16 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
                           scan ? std::int64_t{scan->dist1.count} : 0);
     return;
   }
+  has_layers_ = has_layers_ || scan->layer_angle != 0;
+  if (has_layers_) {  // the middle one, too: its telegrams are every fourth, its times other than a 2D
+                      // laser's
+    ++counters_.layers_refused;
+    spaced_notices_.raise(
+        NoticeKind::layers, Severity::error, stamp_ns,
+        "the laser scans in several layers (MRS 1000, say): it has no driver, and none of its scans is used",
+        static_cast<std::int64_t>(counters_.layers_refused));
+    return;
+  }
   told_failure_ = nullptr;
   back_off_ns_ = shortest_back_off_ns;
   watch_status(scan->device_status, stamp_ns);

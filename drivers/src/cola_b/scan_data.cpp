@@ -67,7 +67,7 @@ std::optional<ScanData> parse_scan_data(std::span<const std::uint8_t> payload) {
   scan.transmission_us = reader.u32();
   (void)reader.u16();  // digital inputs
   (void)reader.u16();  // digital outputs
-  (void)reader.u16();  // layer angle
+  scan.layer_angle = static_cast<std::int16_t>(reader.u16());
   scan.scan_frequency = reader.u32();
   scan.measurement_frequency = reader.u32();
   const std::uint32_t encoders = reader.u16();

@@ -36,8 +36,9 @@
 
 namespace alces {
 
-/// Which part of an edge's EdgeVariance a run takes for its cost. A variance outside [1e-150, 1e150] counts
-/// as the nearer of these bounds, so that no sum overflows.
+/// Which part of an edge's EdgeVariance a run takes for its cost: translation along one of the axes of f's
+/// body, as the offset of the loop is seen, or rotation. A variance outside [1e-150, 1e150] counts as the
+/// nearer of these bounds, so that no sum overflows.
 enum class LoopCost : std::uint8_t { x, y, z, rotation };
 
 class LoopOptimizer {

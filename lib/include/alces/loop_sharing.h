@@ -14,7 +14,9 @@
 //   and a degree for each metre of translation) is shared out by the paper's rule.
 //
 // With both, scan 0 stays where it was, P_f^-1 P_l becomes what was matched, branches follow rigidly, and
-// vertices that are not connected to the loop stay.
+// vertices that are not connected to the loop stay. Neither depends on where the map lies or how it is
+// turned: edges' variances are given along the axes of their scans, and the paper's rule weighs along those
+// of f.
 //
 // Cost: O(n) poses beside LOA. Memory: LOA's, and 96 bytes a vertex.
 #pragma once

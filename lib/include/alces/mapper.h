@@ -309,8 +309,7 @@ class Mapper {
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
-  [[nodiscard]] EdgeVariance label(const IcpResult& match, const IcpPrior* prior,
-                                   const Eigen::Quaterniond& map_from_model) const;
+  [[nodiscard]] EdgeVariance label(const IcpResult& match, const IcpPrior* prior) const;
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
                   StageTimes& times);

@@ -39,10 +39,9 @@ struct EdgeUncertainty {
 };
 
 /// Labels an edge: the covariance, about the model frame's origin, taken to the data's place
-/// `model_from_data`, and to the axes of the map. An unknown covariance gives `unknown` for every axis (m and
-/// rad standard deviation).
+/// `model_from_data`, and to the axes of the data's body. An unknown covariance gives `unknown` for every
+/// axis (m and rad standard deviation).
 [[nodiscard]] EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_data,
-                                         const Eigen::Quaterniond& map_from_model,
                                          const EdgeUncertainty& uncertainty, double unknown_m = 0.5,
                                          double unknown_rad = 0.05);
 

@@ -17,14 +17,19 @@ namespace alces {
 
 inline constexpr std::uint32_t no_index = UINT32_MAX;
 
-/// The costs that LOA runs on: three translation variances (m^2) in the frame of the map at the time of
-/// matching, and the summed rotation variances (rad^2). All are positive and finite.
+/// How sure an edge is: three translation variances (m^2) of the place of its `to`, along the axes of that
+/// scan's body, and the summed rotation variances (rad^2). All are positive and finite. Whichever way the map
+/// lies or is turned later, they say the same.
 struct EdgeVariance {
   double x_m2 = 1;
   double y_m2 = 1;
   double z_m2 = 1;
   double rotation_rad2 = 1;
 };
+
+/// Covariance (m^2) of the translation along other axes; `axes_from_to` turns the body of `to` into them.
+[[nodiscard]] Eigen::Matrix3d translation_covariance(const EdgeVariance& variance,
+                                                     const Eigen::Quaterniond& axes_from_to);
 
 struct Edge {
   std::uint32_t from = 0;

@@ -102,6 +102,7 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
   std::vector<std::vector<Point>> ready_;  ///< assembled, not yet read: one event may complete several
   std::size_t first_ready_ = 0;
   std::uint64_t incomplete_ = 0;
+  bool is_without_can_ = false;
   std::uint64_t dropped_again_ = 0;
   struct SaidNotice {
     std::int64_t first_stamp_ns = 0;

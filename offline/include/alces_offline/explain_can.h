@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "alces_drivers/can_frame.h"
-#include "alces_offline/object_dictionary_file.h"
+#include "alces_platform/dictionary/object_dictionary_file.h"
 
 namespace alces::offline {
 

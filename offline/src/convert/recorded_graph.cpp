@@ -46,19 +46,16 @@ std::uint32_t row(const Json& loop, const char* key, const fs::path& file, std::
 
 }  // namespace
 
-GraphEdgeRecord edge_record(const Constraint& constraint, const Pose& map_from_to) {
+GraphEdgeRecord edge_record(const Constraint& constraint) {
   constexpr double half_angle = 4;  // (angle / half the angle)^2
   const Matrix6d covariance = constraint.information.llt().solve(Matrix6d::Identity());
-  const Eigen::Matrix3d turn = map_from_to.rotation.toRotationMatrix();
-  const Eigen::Vector3d along_map =
-      (turn * covariance.topLeftCorner<3, 3>() * turn.transpose()).eval().diagonal();
   GraphEdgeRecord record;
   record.from = constraint.from;
   record.to = constraint.to;
   record.from_from_to = constraint.from_from_to;
-  record.x_m2 = along_map.x();
-  record.y_m2 = along_map.y();
-  record.z_m2 = along_map.z();
+  record.x_m2 = covariance(0, 0);
+  record.y_m2 = covariance(1, 1);
+  record.z_m2 = covariance(2, 2);
   record.rotation_rad2 = half_angle * covariance.bottomRightCorner<3, 3>().trace();
   return record;
 }
@@ -96,7 +93,7 @@ RecordedGraph read_recorded_graph(const fs::path& map_folder, std::size_t poses)
     throw InputError(file, fmt::format("has {} vertices and trajectory.tum {} poses; map the scans again",
                                        graph.vertices.size(), poses));
   for (const Constraint& constraint : graph.constraints) {
-    GraphEdgeRecord edge = edge_record(constraint, graph.vertices[constraint.to].map_from_body);
+    GraphEdgeRecord edge = edge_record(constraint);
     edge.closes_loop = closed.count(std::minmax(edge.from, edge.to)) > 0;
     recorded.edges.push_back(edge);
   }
@@ -127,7 +124,7 @@ ConstraintGraph graph_of_recording(const fs::path& recording, const std::vector<
     constraint.from = edge->from;
     constraint.to = edge->to;
     constraint.from_from_to = edge->from_from_to;
-    constraint.information = g2o_information(variance, map_from_body[edge->to].rotation);
+    constraint.information = g2o_information(variance);
     graph.constraints.push_back(constraint);
   }
   check_read(recording, source.error_number());

@@ -2,7 +2,7 @@
 //
 // A recording keeps four variances an edge (EdgeVariance), a graph file six by six numbers of information.
 // What a mapper wrote goes there and back without a loss; of an edge of the desk (LUM's) the variances along
-// the map's axes and the sum of those of rotation stay, and correlations are lost.
+// the axes of its second scan and the sum of those of rotation stay, and correlations are lost.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct RecordedGraph {
 [[nodiscard]] RecordedGraph read_recorded_graph(const std::filesystem::path& map_folder, std::size_t poses);
 
 /// Of an edge as write_g2o() has it; see map_writer.h for the frames.
-[[nodiscard]] GraphEdgeRecord edge_record(const Constraint& constraint, const Pose& map_from_to);
+[[nodiscard]] GraphEdgeRecord edge_record(const Constraint& constraint);
 
 /// The graph of a recording: a vertex a pose of the map, with the ids 0, 1, ... InputError: there are no
 /// edges, or they speak of poses that are not there.

@@ -24,8 +24,7 @@ bool joins_neighbours(const Constraint& c) {
   return c.from + std::uint64_t{1} == c.to || c.to + std::uint64_t{1} == c.from;
 }
 
-EdgeVariance variance_of(const ConstraintGraph& graph, const Constraint& c,
-                         const Eigen::Quaterniond& map_from_to) {
+EdgeVariance variance_of(const ConstraintGraph& graph, const Constraint& c) {
   constexpr double half_angle = 4;  // (angle / half the angle)^2
   constexpr double axes = 3;        // an edge's label sums over them
   Eigen::Matrix3d in_to = Eigen::Matrix3d::Identity();
@@ -40,11 +39,9 @@ EdgeVariance variance_of(const ConstraintGraph& graph, const Constraint& c,
     in_to = covariance.topLeftCorner<3, 3>();
     variance.rotation_rad2 = half_angle * covariance.bottomRightCorner<3, 3>().trace();
   }
-  const Eigen::Matrix3d turn = map_from_to.toRotationMatrix();
-  const Eigen::Matrix3d in_map = turn * in_to * turn.transpose();
-  variance.x_m2 = in_map(0, 0);
-  variance.y_m2 = in_map(1, 1);
-  variance.z_m2 = in_map(2, 2);
+  variance.x_m2 = in_to(0, 0);
+  variance.y_m2 = in_to(1, 1);
+  variance.z_m2 = in_to(2, 2);
   return variance;
 }
 
@@ -157,7 +154,7 @@ class Drive {
     edge.to = place_[c.to];
     edge.closes_loop = closes_loop;
     edge.from_from_to = c.from_from_to;
-    edge.variance = variance_of(graph_, c, poses_->poses()[edge.to].rotation);
+    edge.variance = variance_of(graph_, c);
     check(poses_->add_edge(edge));
   }
 

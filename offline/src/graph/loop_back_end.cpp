@@ -60,7 +60,7 @@ class HogManRelaxation final : public GraphRelaxation {
         hogman_.add_vertex(vertex_of(graph, vertex_count_));
       for (; edge_count_ < graph.edge_count(); ++edge_count_) {
         const Edge& edge = graph.edges()[edge_count_];
-        hogman_.add_constraint(constraint_of(edge, graph.poses()[edge.to].rotation));
+        hogman_.add_constraint(constraint_of(edge));
       }
       hogman_.update();
       return hogman_.graph().vertices;
@@ -93,12 +93,12 @@ std::vector<std::string> loop_back_end_names() {
   return names;
 }
 
-Constraint constraint_of(const Edge& edge, const Eigen::Quaterniond& map_from_to) {
+Constraint constraint_of(const Edge& edge) {
   Constraint constraint;
   constraint.from = edge.from;
   constraint.to = edge.to;
   constraint.from_from_to = edge.from_from_to;
-  constraint.information = g2o_information(edge.variance, map_from_to);
+  constraint.information = g2o_information(edge.variance);
   return constraint;
 }
 
@@ -106,8 +106,7 @@ ConstraintGraph constraint_graph_of(const PoseGraph& graph) {
   ConstraintGraph constraints;
   for (std::uint32_t i = 0; i < graph.vertex_count(); ++i)
     constraints.vertices.push_back(vertex_of(graph, i));
-  for (const Edge& edge : graph.edges())
-    constraints.constraints.push_back(constraint_of(edge, graph.poses()[edge.to].rotation));
+  for (const Edge& edge : graph.edges()) constraints.constraints.push_back(constraint_of(edge));
   return constraints;
 }
 

@@ -143,7 +143,8 @@ MapGraph read_map_graph(const fs::path& folder) {
 }
 
 nlohmann::json write_map_graph(const fs::path& out, const MapGraph& map, const ConstraintGraph& graph,
-                               const nlohmann::json& optimize) {
+                               const nlohmann::json& optimize,
+                               const std::function<void(const fs::path&)>& write_more) {
   std::error_code ignored;
   if (fs::equivalent(out, map.folder, ignored)) {
     throw UsageError(out.string() + ": is the map itself; write the better one to a folder of its own");
@@ -159,6 +160,7 @@ nlohmann::json write_map_graph(const fs::path& out, const MapGraph& map, const C
     write_3dtk_frames(folder / "frames", trajectory);
     write_points(folder / "map.ply", map, graph);
     carry(map.folder, folder);
+    if (write_more) write_more(folder);
     OutputFile file(folder / "run.json");
     file.write(json_text(report) + "\n");
     file.commit();

@@ -14,10 +14,9 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <thread>
-
 #include "alces_drivers/stamp.h"
 #include "alces_onboard/bell.h"
+#include "alces_onboard/leavable_thread.h"
 #include "alces_onboard/record_ring.h"
 #include "alces_platform/recording/byte_sink.h"
 
@@ -26,6 +25,7 @@ namespace alces::onboard {
 struct BackgroundSinkConfig {
   std::size_t ring_bytes = std::size_t{8} << 20;  ///< largest write: half of it, less 16 bytes
   std::int64_t retry_ns = 200 * ns_per_ms;
+  std::int64_t leave_ns = 2 * ns_per_s;  ///< that stop() waits for a thread that hangs
 };
 
 class BackgroundSink final : public ByteSink {
@@ -65,8 +65,10 @@ class BackgroundSink final : public ByteSink {
   void let_writes_wait(std::int64_t limit_ns) { patience_ns_ = limit_ns; }
 
   /// Waits until all is handed on, at most `limit_ns`, and ends the thread. False: not all was; what is left
-  /// is counted and given up.
+  /// is counted and given up. A thread that hangs in the sink below gets `leave_ns` more, and is left then.
   bool stop(std::int64_t limit_ns);
+  /// stop() left its thread: it still uses the ring and the sink below.
+  [[nodiscard]] bool was_left() const { return was_left_; }
 
   /// The sink below refuses at the moment.
   [[nodiscard]] bool is_stalled() const { return is_stalled_.load(std::memory_order_relaxed); }
@@ -81,7 +83,8 @@ class BackgroundSink final : public ByteSink {
   std::unique_ptr<std::uint8_t[]> memory_;
   RecordRing ring_;
   Bell bell_;
-  std::thread thread_;
+  LeavableThread thread_;
+  bool was_left_ = false;
   std::atomic<bool> is_stopping_{false};
   std::atomic<bool> gives_up_{false};
   std::atomic<bool> is_stalled_{false};

@@ -14,6 +14,7 @@ enum class ExitStatus : int {
   capacity = 4,       ///< the machine has not the memory or the threads
   device = 5,         ///< a device that will not come by itself, or a file that cannot be written
   motor = 6,          ///< the drive did not confirm that the motor stands without torque
+  hung = 7,           ///< a thread did not come back from a call of the system, and was left
 };
 
 class Error : public std::runtime_error {
@@ -24,5 +25,9 @@ class Error : public std::runtime_error {
  private:
   ExitStatus status_;
 };
+
+/// Says the sentence and ends the process at once, without destructors: for when a thread had to be left that
+/// still uses what they would take away.
+[[noreturn]] void leave_process(ExitStatus status, const std::string& sentence);
 
 }  // namespace alces::onboard

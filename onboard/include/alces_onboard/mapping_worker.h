@@ -9,9 +9,12 @@
 // scans, one each, and a last one when the map is finished. No thread needs to be: run_once() does the same
 // work step by step, so that a test knows the order of things.
 //
-// After a scan for which the map has no room (no_scan_capacity, no_point_capacity, no_edge_capacity,
-// archive_write_failed) nothing more is mapped, so that the map ends in one place, as `alces replay` ends
-// there.
+// After a scan for which the map has no room (no_scan_capacity, no_point_capacity, no_edge_capacity) nothing
+// more is mapped, so that the map ends in one place, as `alces replay` ends there.
+//
+// An archive that cannot be written (a full disk) is tried again with the same scan every `archive_retry_ns`;
+// meanwhile scans wait, and are dropped when there is no more room for them. An archive that does not answer
+// at all (a stalled disk) holds the mapping thread: beats() stand still, which the acquisition thread sees.
 //
 // Memory, all of it taken by the constructor: the mapper's block, scan_slots times points_per_scan points of
 // 12 bytes, and when results are kept whole as many times cell_capacity points, and 72 bytes a scan of
@@ -23,11 +26,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <thread>
 #include <vector>
 
 #include "alces/mapper.h"
 #include "alces_onboard/bell.h"
+#include "alces_onboard/leavable_thread.h"
 #include "alces_onboard/spsc_ring.h"
 #include "alces_platform/recording/records.h"
 #include "alces_platform/settings/memory_plan.h"
@@ -39,6 +42,7 @@ struct MappingWorkerConfig {
   std::uint32_t scan_slots = 4;
   std::uint32_t points_per_scan = 65536;
   bool keeps_clouds_and_paths = true;  ///< for a recording
+  std::int64_t archive_retry_ns = 200 * ns_per_ms;
 };
 
 /// A scan on its way to the mapper.
@@ -109,11 +113,24 @@ class MappingWorker {
   void close();
   /// What waits is not mapped any more, but still answered for; the scan in work is finished.
   void abandon();
-  /// After the last result was popped.
-  void join();
+  /// After the last result was popped, or when it does not come. False: the thread hangs, and is left.
+  [[nodiscard]] bool join_within(std::int64_t limit_ns);
+
+  /// Changes whenever the mapping thread begins or ends a piece of work: one scan, or the end.
+  [[nodiscard]] std::uint32_t beats() const { return beats_.load(std::memory_order_acquire); }
+  /// It is at work, or there is some for it.
+  [[nodiscard]] bool is_busy() const { return beats() % 2 != 0 || waiting_scans() > 0; }
+  /// The archive cannot be written: the scan is tried again.
+  [[nodiscard]] bool is_archive_stalled() const {
+    return is_archive_stalled_.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] std::uint64_t archive_retries() const {
+    return archive_retries_.load(std::memory_order_relaxed);
+  }
 
   // The mapping thread's, or that of a test without threads.
-  /// One scan, or the end. False: there is nothing to do now, or no room for its result.
+  /// One scan, or the end. False: there is nothing to do now, or no room for its result, or the archive could
+  /// not be written and the scan waits for another try.
   bool run_once();
   [[nodiscard]] bool is_finished() const { return is_finished_.load(std::memory_order_acquire); }
   /// Only while no other thread maps.
@@ -121,7 +138,10 @@ class MappingWorker {
 
  private:
   void run();
-  void map(const ScanSlot& slot, MapResult& result);
+  [[nodiscard]] bool work_once();
+  void wait_for_archive() const;
+  /// False: the archive cannot be written.
+  [[nodiscard]] bool map(const ScanSlot& slot, MapResult& result);
   void finish(MapResult& result);
   void tell_of_graph(std::uint32_t edges_before, MapResult& result);
   void copy_path(MapResult& result);
@@ -148,7 +168,10 @@ class MappingWorker {
   std::atomic<bool> is_closed_{false};
   std::atomic<bool> is_abandoned_{false};
   std::atomic<bool> is_finished_{false};
-  std::thread thread_;
+  std::atomic<std::uint32_t> beats_{0};  ///< odd: at work
+  std::atomic<bool> is_archive_stalled_{false};
+  std::atomic<std::uint64_t> archive_retries_{0};
+  LeavableThread thread_;
 };
 
 }  // namespace alces::onboard

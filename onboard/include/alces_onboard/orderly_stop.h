@@ -7,7 +7,9 @@
 //                 more; scans that wait are left
 //   a third time  the devices are left as they are, and what is known of the motor is said
 //
-// The scan in the mapper's hands is always finished: that is bounded by its configuration.
+// The scan in the mapper's hands is finished, if that takes no longer than leave_limit_ns (a tenth of it
+// after a third request). A mapper that does not come back by then hangs in a disk that does not answer, and
+// is left.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +21,8 @@ namespace alces::onboard {
 
 struct StopLimits {
   std::int64_t scanner_limit_ns = 30 * ns_per_s;  ///< above Scanner::stop_limit_ns(), which ends by itself
-  std::int64_t mapping_limit_ns = 30 * ns_per_s;
+  std::int64_t mapping_limit_ns = 25 * ns_per_s;
+  std::int64_t leave_limit_ns = 5 * ns_per_s;
   std::int64_t hurried_limit_ns = 5 * ns_per_s;
 };
 
@@ -37,18 +40,23 @@ class OrderlyStop {
   [[nodiscard]] StopStage stage() const { return stage_; }
   /// The devices did not stop in time.
   [[nodiscard]] bool was_scanner_left() const { return was_scanner_left_; }
+  /// The mapper did not come back in time.
+  [[nodiscard]] bool was_mapper_left() const { return was_mapper_left_; }
   /// The drive confirmed that the motor stands without torque; false until it has.
   [[nodiscard]] bool is_motor_confirmed() const { return pipeline_.is_motor_confirmed(); }
 
  private:
   void enter(StopStage stage, std::int64_t now_ns);
+  void finish_map(std::int64_t now_ns, std::uint64_t requests);
 
   Pipeline& pipeline_;
   StopLimits limits_;
   StopStage stage_ = StopStage::running;
   std::int64_t since_ns_ = 0;
   std::int64_t hurried_ns_ = no_stamp_ns;
+  std::int64_t abandoned_ns_ = no_stamp_ns;
   bool was_scanner_left_ = false;
+  bool was_mapper_left_ = false;
 };
 
 }  // namespace alces::onboard

@@ -44,6 +44,7 @@ struct PipelineConfig {
   RecordingConfig recording;
   std::uint64_t recording_limit_bytes = 0;            ///< 0: none
   std::int64_t counters_interval_ns = 60 * ns_per_s;  ///< all counters go into the recording so often
+  std::int64_t mapping_timeout_ns = 20 * ns_per_s;    ///< a scan that takes the mapper longer: it hangs
 };
 
 struct PipelineMemory {
@@ -70,6 +71,10 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
     std::uint64_t scans_thinned = 0;  ///< of the mapped: more cells than voxel.cell_capacity, so larger ones
     std::uint64_t loops_closed = 0;
     std::uint64_t loops_refused = 0;
+    std::uint64_t archive_stalls = 0;     ///< times that the archive could not be written any more
+    std::uint64_t archive_retries = 0;    ///< writes tried again meanwhile
+    std::uint64_t archive_losses = 0;     ///< scans that could not be brought back to be matched with
+    std::uint64_t mapper_hangs = 0;       ///< times that the mapper did not come back in mapping_timeout_ns
     std::uint64_t edges_skipped = 0;      ///< not recorded: more at once than a result holds
     std::uint64_t paths_skipped = 0;      ///< not recorded, because the one before was not yet
     std::uint64_t notices = 0;            ///< told; those held back are not among them
@@ -89,6 +94,10 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
       visit("scans_thinned", scans_thinned);
       visit("loops_closed", loops_closed);
       visit("loops_refused", loops_refused);
+      visit("archive_stalls", archive_stalls);
+      visit("archive_retries", archive_retries);
+      visit("archive_losses", archive_losses);
+      visit("mapper_hangs", mapper_hangs);
       visit("edges_skipped", edges_skipped);
       visit("paths_skipped", paths_skipped);
       visit("notices", notices);
@@ -141,9 +150,14 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   void take_results();
   /// What waits is not mapped any more.
   void abandon_mapping();
+  /// For a watchdog: the mapping thread comes back from its work, as this one does.
+  [[nodiscard]] bool are_threads_alive() const { return !is_mapper_hung_; }
   [[nodiscard]] bool is_mapping_finished() const { return is_mapping_finished_; }
-  /// Once the mapping is finished: the last counters, and the file's end. False: not all of it was taken.
+  /// Once the mapping is finished, or is not waited for any more: the last counters, and the file's end.
+  /// False: not all of it was taken.
   bool finish_recording();
+  /// The mapping thread did not come back: it still uses what is here, so that this must not be destroyed.
+  [[nodiscard]] bool was_mapper_left() const { return was_mapper_left_; }
 
   [[nodiscard]] StatusReport status() const;
   [[nodiscard]] const Counters& counters() const { return counters_; }
@@ -165,15 +179,21 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
     contradiction,
     doubtful,
     bad,
+    archive,
+    archive_loss,
+    hang,
     count
   };
 
   void tell(const Notice& notice);
   /// Of a capacity that was exceeded, at its first and then ever more seldom.
-  void say(NoticeKind kind, const char* text, std::uint64_t count);
+  void say(NoticeKind kind, const char* text, std::uint64_t count, Severity severity = Severity::warning);
   void on_scan(const Scan& scan) override;
   void on_result(const MapResult& result);
   void watch_health(const MapResult& result);
+  void watch_mapper();
+  void watch_archive();
+  [[nodiscard]] std::int64_t pose_age_ns() const;
   void record_result(const MapResult& result);
   void record_counters();
   void watch_recording();
@@ -201,6 +221,13 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   MapHealth health_;
   bool has_pose_ = false;
   Pose map_from_body_;
+  std::int64_t pose_stamp_ns_ = no_stamp_ns;
+  std::uint32_t mapper_beats_ = 0;
+  std::int64_t mapper_beat_ns_ = no_stamp_ns;  ///< since when there are so many
+  bool is_mapper_hung_ = false;
+  bool was_mapper_left_ = false;
+  bool is_archive_stalled_ = false;
+  std::uint64_t dropped_before_stall_ = 0;
   bool has_loop_ = false;
   LoopReport last_loop_;
   Counters counters_;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "alces_onboard/background_sink.h"
 #include "alces_onboard/pipeline.h"
@@ -18,6 +19,7 @@ struct Options {
   std::filesystem::path config;
   std::optional<std::string> record;  ///< instead of the configuration's
   bool is_dry_run = false;
+  std::filesystem::path dcf;  ///< of the drive, for a dry run to hold [motor] against; empty: none
   bool maps = true;
   bool resets_motor = false;  ///< of the alcesd that runs; nothing else is done
 };
@@ -38,6 +40,11 @@ struct Plan {
 /// Error (configuration) when the memory is too small for anything useful, or a value cannot be. `settings`
 /// outlives the plan.
 [[nodiscard]] Plan make_plan(const settings::VehicleSettings& settings, const Options& options);
+
+/// What speaks against [motor] in the drive's own file `options.dcf`, and is no error: sentences with file
+/// and line. Error (configuration) with every reason why a bring-up would fail, and where the file is no EDS.
+[[nodiscard]] std::vector<std::string> check_drive(const settings::VehicleSettings& settings,
+                                                   const Options& options);
 
 /// For people: the memory, what fits, what would be opened.
 [[nodiscard]] std::string describe(const Plan& plan, const settings::VehicleSettings& settings,

@@ -8,6 +8,7 @@
 
 #include "alces/mapper.h"
 #include "alces/pose.h"
+#include "alces_drivers/stamp.h"
 
 namespace alces::onboard {
 
@@ -32,8 +33,11 @@ struct StatusReport {
   std::uint32_t scans_mapped = 0;
   std::uint32_t scan_capacity = 0;
   bool has_pose = false;
-  Pose map_from_body;  ///< of the newest scan in the map, when it was matched
-  MapHealth health;    ///< of a map that has a pose
+  Pose map_from_body;               ///< of the newest scan in the map, when it was matched
+  std::int64_t pose_age_ns = 0;     ///< since the time that the pose is of
+  std::int64_t mapper_hung_ns = 0;  ///< the mapper has not come back from a scan for so long; 0: it comes
+  bool is_archive_stalled = false;  ///< cannot be written
+  MapHealth health;                 ///< of a map that has a pose
   std::uint32_t loops_closed = 0;
   bool has_loop = false;
   LoopReport last_loop;
@@ -55,6 +59,7 @@ struct StatusReport {
 ///   scanning: 0.83 scans/s, 412 of 10000 mapped | at 12.3 -4.5 0.1 m, 87 deg | 5 loops, last 17-402 moved
 ///   0.34 m | map good | queue 1/4, 0 dropped | pool 12.3 of 33.1 MB | can0 1240 frames/s, 0 errors |
 ///   recorded 153.2 MB
+/// A pose that is older than three seconds has its age behind it: "at 12.3 -4.5 0.1 m, 87 deg, 12 s AGO".
 /// What does not fit `room` is cut. No heap, no locale.
 [[nodiscard]] std::string_view format(const StatusReport& report, std::span<char> room);
 

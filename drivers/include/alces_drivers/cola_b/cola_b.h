@@ -81,6 +81,7 @@ class ColaB final : public Laser {
     std::uint64_t telegrams_missed = 0;    ///< by the laser's telegram counter
     std::uint64_t telegrams_repeated = 0;  ///< the same telegram counter twice in a row
     std::uint64_t unreadable_scans = 0;    ///< scan data that could not be decoded or has too many rays
+    std::uint64_t layers_refused = 0;      ///< scan data of a laser with several layers
     std::uint64_t telegrams_ignored = 0;   ///< good ones that nobody asked for
     std::uint64_t rays_without_range = 0;
     std::uint64_t peers_dropped = 0;  ///< connections ended because nothing but garbage came
@@ -97,6 +98,7 @@ class ColaB final : public Laser {
       visit("telegrams_missed", telegrams_missed);
       visit("telegrams_repeated", telegrams_repeated);
       visit("unreadable_scans", unreadable_scans);
+      visit("layers_refused", layers_refused);
       visit("telegrams_ignored", telegrams_ignored);
       visit("rays_without_range", rays_without_range);
       visit("peers_dropped", peers_dropped);
@@ -129,7 +131,7 @@ class ColaB final : public Laser {
     stopping,
   };
 
-  enum class NoticeKind : std::uint8_t { unreadable, count };
+  enum class NoticeKind : std::uint8_t { unreadable, layers, count };
 
   void enter(Phase phase, const char* reason);
   void begin(std::int64_t now_ns);
@@ -179,6 +181,7 @@ class ColaB final : public Laser {
   std::int64_t last_scan_ns_ = no_stamp_ns;
   std::uint8_t told_status_ = 0;
   bool frequency_was_told_ = false;
+  bool has_layers_ = false;  ///< one of them was seen: not this driver's laser
   Counters counters_;
   Profile profile_;
 };

@@ -30,6 +30,7 @@ struct ScanData {
   std::uint16_t scan_counter = 0;
   std::uint32_t start_us = 0;  ///< since the device was switched on, wraps after 71.6 min
   std::uint32_t transmission_us = 0;
+  std::int16_t layer_angle = 0;             ///< of an MRS's layer, 1/200 deg above its middle; else 0
   std::uint32_t scan_frequency = 0;         ///< 1/100 Hz
   std::uint32_t measurement_frequency = 0;  ///< 100 Hz
   Channel dist1;

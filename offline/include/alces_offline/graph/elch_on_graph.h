@@ -12,8 +12,8 @@
 // vertex is in several (parking-garage, sphere2500), most loops fall back to the paper's rule
 // (loop_sharing.h). The result says both chi-squared, before and after; docs/graphs.md has figures.
 //
-// Edge costs: EdgeVariance of loop_optimizer.h from the inverse of the information, turned into the map at
-// the time the edge is made; g2o's rotation error is half an angle, so its variance counts four times.
+// Edge costs: EdgeVariance of pose_graph.h, the diagonal of the inverse of the information; g2o's rotation
+// error is half an angle, so its variance counts four times.
 // Cost: O(n) a loop and LOA's O(j log j), j junctions. Memory: 250 bytes a vertex and 260 bytes an
 // edge beside the graph.
 #pragma once

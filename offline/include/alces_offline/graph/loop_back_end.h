@@ -22,9 +22,8 @@ enum class LoopBackEnd : std::uint8_t { elch, toro, hogman, none };
 [[nodiscard]] std::optional<LoopBackEnd> loop_back_end(std::string_view name);
 [[nodiscard]] std::vector<std::string> loop_back_end_names();
 
-/// The mapper's edge as a constraint with full information; see g2o_information(). `map_from_to` is the
-/// orientation of its second vertex, best as it was when the edge was matched.
-[[nodiscard]] Constraint constraint_of(const Edge& edge, const Eigen::Quaterniond& map_from_to);
+/// The mapper's edge as a constraint with full information; see g2o_information().
+[[nodiscard]] Constraint constraint_of(const Edge& edge);
 /// The whole graph; its first vertex is fixed.
 [[nodiscard]] ConstraintGraph constraint_graph_of(const PoseGraph& graph);
 

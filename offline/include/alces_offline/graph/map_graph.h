@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -26,10 +27,12 @@ struct MapGraph {
 /// is that of map.folder re-placed, run.json its report with `optimize` added under that name and
 /// judged anew (map_health.h), and is returned; scans.csv, counters.csv and trajectory_without_loops.tum are
 /// copied where map.folder has them. All of it or nothing (StagedFolder); what an earlier map left of these
-/// in `out`, and its covariances.csv, goes away. `out` is not map.folder: UsageError. InputError,
-/// OutputError.
+/// in `out`, and its covariances.csv, goes away. `write_more`, unless empty, writes further files to the
+/// folder that it is given, which take their place with the others. `out` is not map.folder: UsageError.
+/// InputError, OutputError.
 nlohmann::json write_map_graph(const std::filesystem::path& out, const MapGraph& map,
-                               const ConstraintGraph& graph, const nlohmann::json& optimize);
+                               const ConstraintGraph& graph, const nlohmann::json& optimize,
+                               const std::function<void(const std::filesystem::path&)>& write_more = {});
 
 /// graph.g2o and trajectory.tum (stamps are the vertices' ids) of a graph without scans; all or nothing.
 void write_graph_folder(const std::filesystem::path& out, const ConstraintGraph& graph);

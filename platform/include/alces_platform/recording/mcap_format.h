@@ -26,7 +26,10 @@ enum class Opcode : std::uint8_t {
   metadata_index = 0x0d,
   summary_offset = 0x0e,
   data_end = 0x0f,
-  index_page = 0x80,  ///< ours, which other readers pass over: see mcap_writer.h
+  // From 0x80 on opcodes are an application's own: readers that do not know one pass over it.
+  index_page = 0x80,  ///< a part of the chunk index: see mcap_writer.h
+  /// CRC (32 bits) of what follows, then the file's first bytes once more, from its magic to its last channel.
+  head_copy = 0x81,
 };
 
 inline constexpr std::size_t record_header_bytes = 1 + 8;
@@ -34,6 +37,8 @@ inline constexpr std::size_t record_header_bytes = 1 + 8;
 inline constexpr std::size_t message_header_bytes = 2 + 4 + 8 + 8;
 /// start time, end time, size, CRC, compression "", length of the records
 inline constexpr std::size_t plain_chunk_header_bytes = 8 + 8 + 8 + 4 + 4 + 8;
+/// record header, CRC
+inline constexpr std::size_t head_copy_prefix_bytes = record_header_bytes + 4;
 inline constexpr std::size_t footer_bytes = 8 + 8 + 4;
 
 }  // namespace alces::mcap

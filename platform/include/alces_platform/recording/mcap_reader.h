@@ -118,6 +118,10 @@ class Reader {
   bool end_here(Bytes rest, std::uint64_t length);
   bool resynchronise(const char* what);
   bool find_chunk();
+  /// Reads the head by its copy, where that lies near the beginning and its CRC is right, and passes over the
+  /// head itself. False: there is none.
+  bool read_head_by_copy();
+  bool read_head_by_copy(Bytes window);
   [[nodiscard]] static bool looks_like_chunk(Bytes record_and_more);
   void read_content(Opcode opcode, Bytes content);
   void read_chunk(Bytes content);

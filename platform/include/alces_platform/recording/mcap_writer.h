@@ -3,6 +3,9 @@
 // data end, summary, footer. Every CRC that the format knows is there. Chunks are not compressed: a
 // microcontroller could write them.
 //
+// The head (all before the first chunk) stands once more behind the first chunk, with a CRC of its own:
+// without it no message could be read, and nothing else in the file says it before its end.
+//
 // A chunk goes to the sink in one piece or not at all, so that the file always ends behind a whole chunk.
 // When the sink takes none (disk full) the chunk waits and is tried again; when it is full it is given up and
 // counted, and the next one takes its place. Sequence numbers go on, so a reader sees what is missing.
@@ -150,6 +153,7 @@ class Writer {
   [[nodiscard]] bool append(std::span<const std::uint8_t> bytes);
   [[nodiscard]] bool put(std::span<const std::uint8_t> bytes);
   [[nodiscard]] bool ensure_head();
+  void append_head_copy();
   void start_chunk();
 
   WriterConfig config_;
@@ -169,6 +173,7 @@ class Writer {
   std::uint32_t row_count_ = 0;   ///< of the page in memory
   std::uint32_t page_count_ = 0;  ///< of those in the file
   bool head_written_ = false;
+  bool is_head_copied_ = false;
   bool finished_ = false;
   Place metadata_;
   Place attachment_;

@@ -8,8 +8,8 @@
 //
 // Bytes in the file: 47 a message and its index entry, and the message itself: tick 12, edge 20, CAN frame
 // 36, FD frame 36 and its data, bytes 20 and the data, pose 76 and its transform 92, cloud 113 and 12 a
-// point, path 28 and 72 a pose. The head and the summary have about 12 KiB each. Memory: mcap_writer.h; with
-// the defaults 1.7 MB. Time: O(bytes); when a chunk is written, the sink's.
+// point, path 28 and 72 a pose. The head has about 12 KiB and is there twice, the summary about 12 KiB.
+// Memory: mcap_writer.h; with the defaults 1.7 MB. Time: O(bytes); when a chunk is written, the sink's.
 //
 // One thread at a time. The order of calls is the order in the file.
 #pragma once

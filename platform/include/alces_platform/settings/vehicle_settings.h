@@ -43,6 +43,7 @@ struct VehicleSettings {
   std::string archive;                               ///< a file for scans that do not fit; empty: none
   std::uint32_t scan_slots = 4;                      ///< scans that may wait for the mapper
   bool maps_incomplete_scans = false;
+  std::int64_t mapping_timeout_ns = 20 * ns_per_s;  ///< a scan that takes the mapper longer: it hangs
   std::string recording;  ///< a file, %t in it becomes the UTC time of the start; empty: nothing is recorded
   std::uint64_t recording_limit_bytes = 0;  ///< then recording ends, and is told; 0: none
   std::uint64_t recording_reserve_bytes = std::uint64_t{1} << 30;  ///< of its disk stays free; 0: none

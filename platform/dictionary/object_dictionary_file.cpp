@@ -1,21 +1,28 @@
-#include "alces_offline/object_dictionary_file.h"
+#include "alces_platform/dictionary/object_dictionary_file.h"
 
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <fstream>
 #include <utility>
 
-#include "alces_offline/error.h"
-#include "alces_offline/input_file.h"
-
-namespace alces::offline {
+namespace alces {
 namespace {
 
 using Path = std::filesystem::path;
 
 constexpr std::size_t highest_sub = 254;
+constexpr std::size_t largest_bytes = std::size_t{64} << 20;
+
+DictionaryError error_of(const Path& file, const std::string& what) {
+  return DictionaryError(fmt::format("{}: {}", file.string(), what));
+}
+
+DictionaryError error_of(const Path& file, std::size_t line, const std::string& what) {
+  return DictionaryError(fmt::format("{}:{}: {}", file.string(), line, what));
+}
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -108,7 +115,7 @@ class ObjectDictionaryFileParser {
   ObjectDictionaryFile run() {
     if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
     if (const std::size_t zero = text_.find('\0'); zero != std::string_view::npos) {
-      throw InputError(file_, fmt::format("byte {} is 0: this is no EDS or DCF text", zero));
+      throw error_of(file_, fmt::format("byte {} is 0: this is no EDS or DCF text", zero));
     }
     while (!text_.empty()) {
       const std::size_t end = std::min(text_.find('\n'), text_.size());
@@ -119,11 +126,11 @@ class ObjectDictionaryFileParser {
     end_section();
     expand_compact();
     if (result_.objects_.empty() && stray_line_ > 0) {
-      throw InputError(file_, stray_line_,
-                       "is neither a [section] nor Name=value; is this an EDS or DCF file?");
+      throw error_of(file_, stray_line_,
+                     "is neither a [section] nor Name=value; is this an EDS or DCF file?");
     }
     if (result_.objects_.empty()) {
-      throw InputError(file_, "holds no object such as [1000]; is this an EDS or DCF file?");
+      throw error_of(file_, "holds no object such as [1000]; is this an EDS or DCF file?");
     }
     return std::move(result_);
   }
@@ -143,8 +150,7 @@ class ObjectDictionaryFileParser {
     if (line.empty() || line.front() == ';' || line.front() == '#') return;
     if (line.front() == '[') {
       const std::size_t end = line.find(']');
-      if (end == std::string_view::npos)
-        throw InputError(file_, line_, "a section's name has no closing ']'");
+      if (end == std::string_view::npos) throw error_of(file_, line_, "a section's name has no closing ']'");
       end_section();
       section_ = lower(trimmed(line.substr(1, end - 1)));
       section_line_ = line_;
@@ -187,8 +193,8 @@ class ObjectDictionaryFileParser {
     if (entry == entries_.end() || entry->second.value.empty()) return;
     const std::optional<std::int64_t> node = object_value(entry->second.value, 0);
     if (!node || *node < 1 || *node > 127) {
-      throw InputError(file_, entry->second.line,
-                       fmt::format("NodeID={} is no node number (1 to 127)", entry->second.value));
+      throw error_of(file_, entry->second.line,
+                     fmt::format("NodeID={} is no node number (1 to 127)", entry->second.value));
     }
     result_.node_ = static_cast<std::uint8_t>(*node);
   }
@@ -205,7 +211,7 @@ class ObjectDictionaryFileParser {
     if (rest.starts_with("sub")) {
       const auto sub = hexadecimal(rest.substr(3));
       if (!sub || *sub > 0xFF)
-        throw InputError(file_, section_line_, fmt::format("[{}]: no sub-index", section_));
+        throw error_of(file_, section_line_, fmt::format("[{}]: no sub-index", section_));
       return add(index, static_cast<std::uint8_t>(*sub), description());
     }
     if (rest == "name" || rest == "value") {
@@ -223,14 +229,15 @@ class ObjectDictionaryFileParser {
     object.name = text_of("parametername");
     const std::int64_t type = number_of("datatype");
     if (type < 0 || type > 0xFFFF) {
-      throw InputError(file_, entries_["datatype"].line,
-                       fmt::format("[{}]: DataType={} is no data type", section_, type));
+      throw error_of(file_, entries_["datatype"].line,
+                     fmt::format("[{}]: DataType={} is no data type", section_, type));
     }
     object.data_type = static_cast<std::uint16_t>(type);
     object.access = lower(text_of("accesstype"));
     object.is_pdo_mappable = number_of("pdomapping") != 0;
     object.default_value = text_of("defaultvalue");
     object.parameter_value = text_of("parametervalue");
+    object.line = section_line_;
     if (object.data_type == 0) warn(section_line_, "has no DataType");
     return object;
   }
@@ -252,8 +259,8 @@ class ObjectDictionaryFileParser {
   void read_compact(std::uint16_t index) {
     const std::int64_t count = number_of("compactsubobj");
     if (count > static_cast<std::int64_t>(highest_sub)) {
-      throw InputError(file_, entries_["compactsubobj"].line,
-                       fmt::format("CompactSubObj={} is more than 254", count));
+      throw error_of(file_, entries_["compactsubobj"].line,
+                     fmt::format("CompactSubObj={} is more than 254", count));
     }
     compacts_.push_back({index, static_cast<std::size_t>(count), description()});
     result_.names_[index] = compacts_.back().description.name;
@@ -292,8 +299,8 @@ class ObjectDictionaryFileParser {
     if (entry == entries_.end() || entry->second.value.empty()) return 0;
     const std::optional<std::int64_t> value = object_value(entry->second.value, 0);
     if (!value) {
-      throw InputError(file_, entry->second.line,
-                       fmt::format("[{}]: {}={} is no number", section_, key, entry->second.value));
+      throw error_of(file_, entry->second.line,
+                     fmt::format("[{}]: {}={} is no number", section_, key, entry->second.value));
     }
     return *value;
   }
@@ -317,9 +324,15 @@ class ObjectDictionaryFileParser {
 };
 
 ObjectDictionaryFile ObjectDictionaryFile::read(const Path& file) {
-  std::string text;
-  read_file(file, text);
-  if (text.empty()) throw InputError(file, "is empty; an EDS or DCF file is needed here");
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw error_of(file, "is no file; give the drive's EDS or DCF file");
+  std::ifstream stream(file, std::ios::binary);
+  std::string text(
+      std::min(largest_bytes, static_cast<std::size_t>(std::filesystem::file_size(file, ignored))), '\0');
+  if (!stream.read(text.data(), static_cast<std::streamsize>(text.size())))
+    throw error_of(file, "cannot be read");
+  if (text.empty()) throw error_of(file, "is empty; an EDS or DCF file is needed here");
   return parse(text, file);
 }
 
@@ -346,4 +359,4 @@ std::optional<std::int64_t> ObjectDictionaryFile::value(std::uint16_t index, std
   return object_value(object->default_value, node);
 }
 
-}  // namespace alces::offline
+}  // namespace alces

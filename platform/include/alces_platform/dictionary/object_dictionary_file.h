@@ -6,8 +6,8 @@
 // objects [1018], [1018sub1], ..., CompactSubObj with its [1018Name] and [1018Value] lists, $NODEID in
 // values, comments, CRLF, any case. Passed over: what else a section says (ObjFlags, limits, lists of
 // supported objects, modules, dummies, CompactPDO). What is odd but harmless (a value that is no number, an
-// object twice, an object without a type) becomes a warning; what is no EDS at all, an InputError that names
-// the line.
+// object twice, an object without a type) becomes a warning; what is no EDS at all, a DictionaryError that
+// names the line.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,18 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace alces::offline {
+namespace alces {
+
+/// A file that cannot be read or is no EDS: one sentence with file, line and remedy.
+class DictionaryError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 struct ObjectDescription {
   std::string name;  ///< ParameterName; of a sub-index its own name alone
@@ -29,11 +36,12 @@ struct ObjectDescription {
   bool is_pdo_mappable = false;
   std::string default_value;  ///< as written, perhaps with $NODEID; empty: none
   std::string parameter_value;
+  std::size_t line = 0;  ///< of the section that describes it, from 1
 };
 
 class ObjectDictionaryFile {
  public:
-  /// InputError.
+  /// DictionaryError.
   [[nodiscard]] static ObjectDictionaryFile read(const std::filesystem::path& file);
   /// `file` is for messages only.
   [[nodiscard]] static ObjectDictionaryFile parse(std::string_view text, const std::filesystem::path& file);
@@ -68,4 +76,4 @@ class ObjectDictionaryFile {
 /// something else.
 [[nodiscard]] std::optional<std::int64_t> object_value(std::string_view text, std::uint8_t node);
 
-}  // namespace alces::offline
+}  // namespace alces

@@ -1,11 +1,10 @@
-#include "alces_offline/object_dictionary_file.h"
+#include "alces_platform/dictionary/object_dictionary_file.h"
 
 #include <catch2/catch.hpp>
 
 #include "support/test_data.h"
-#include "temporary_folder.h"
 
-namespace alces::offline {
+namespace alces {
 namespace {
 
 ObjectDictionaryFile parsed(std::string_view text) {
@@ -15,7 +14,7 @@ ObjectDictionaryFile parsed(std::string_view text) {
 std::string complaint(std::string_view text) {
   try {
     static_cast<void>(parsed(text));
-  } catch (const InputError& error) {
+  } catch (const DictionaryError& error) {
     return error.what();
   }
   return "no complaint";
@@ -161,4 +160,4 @@ TEST_CASE("the files of real drives are read without a warning") {
 }
 
 }  // namespace
-}  // namespace alces::offline
+}  // namespace alces
