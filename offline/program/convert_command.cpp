@@ -97,14 +97,13 @@ TraceOptions trace_options(const Options& options) {
   return traces;
 }
 
-/// The encoder's lines as the drive's own configuration names them; none: each by its place.
+/// The encoder's lines as the drive's own configuration names them; none: each by its place. TraceError: what
+/// cannot be read now is no drive without a configuration.
 std::vector<std::string> configured_lines(const std::string& in) {
+  const Traces traces = open_traces(in);
+  if (traces.configuration.empty()) return {};
   try {
-    const Traces traces = open_traces(in);
-    if (traces.configuration.empty()) return {};
     return settings::parse_vehicle_settings(traces.configuration, in).gpio_lines;
-  } catch (const TraceError&) {
-    return {};  // is told when IN is opened for good
   } catch (const settings::Error&) {
     return {};  // what is wrong with a configuration is no matter of traces
   }
