@@ -102,6 +102,7 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   std::filesystem::path written = out;
   try {
     if (run.problem() && holds_whole_map(out)) {  // half a map takes no whole one's place
+      if (!written.has_filename()) written = written.parent_path();
       written += ".partial";
       report = write_map_folder(written, run, program);
     } else {
