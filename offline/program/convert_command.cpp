@@ -90,7 +90,7 @@ TraceOptions trace_options(const Options& options) {
         end = 0;
       }
     }
-    if (end == 0 || end != text.size() - equals - 1 || !(std::abs(offset_s) < 9e9))
+    if (end == 0 || end != text.size() - equals - 1 || !(std::abs(offset_s) < 2e9))
       throw UsageError(fmt::format("--clock-offset {}: write FILE=SECONDS, as gpio.txt=12.5", text));
     traces.clock_offsets_ns[text.substr(0, equals)] = std::llround(offset_s * 1e9);
   }

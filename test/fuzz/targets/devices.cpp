@@ -74,7 +74,7 @@ CanFrame take_frame(ByteFeed& feed) {
   CanFrame frame;
   const std::uint16_t head = feed.number<std::uint16_t>();
   frame.id = head & 0x7ffU;
-  frame.size = std::min<std::uint8_t>(head >> 12, 8);
+  frame.size = static_cast<std::uint8_t>(std::min(head >> 12, 8));
   if ((head & 0x800U) != 0) {
     const std::uint8_t form = feed.byte();
     frame.is_extended = (form & 1U) != 0;

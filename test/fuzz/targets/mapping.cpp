@@ -52,9 +52,9 @@ class KeySetter {
   void flag(const char*, bool& flag, const char*) {
     if (is_it()) flag = value_ > 0;
   }
-  template <class Enum, class Words>
-  void choice(const char*, Enum& value, const Words& words, const char*) {
-    if (is_it()) value = words.begin()[value_ > 0 ? 1 : 0].second;
+  template <class Enum>
+  void choice(const char*, Enum& value, const settings::Names<Enum>& words, const char*) {
+    if (is_it()) value = words.at(value_ > 0 ? 1 : 0).second;
   }
   void retired(const char*) {}
 
@@ -84,7 +84,7 @@ void take_points(ByteFeed& feed, std::uint8_t form, std::vector<Point>& points) 
     }
   }
   if ((form & 2U) != 0) {
-    for (int i = 0; i < (count & 31U); ++i) {
+    for (unsigned i = 0; i < (count & 31U); ++i) {
       const float x = any_float(feed);
       const float y = any_float(feed);
       points.push_back({x, y, any_float(feed)});
