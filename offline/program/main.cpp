@@ -76,8 +76,7 @@ int run(int argc, char** argv) {
   try {
     alces.parse(argc, argv);
     // what went to a full disk is not said
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      return complain(output, unwritten_answer);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return complain(output, unwritten_answer);
     return done;
   } catch (const CLI::Success& success) {  // --help, --version
     return alces.exit(success);

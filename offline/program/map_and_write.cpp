@@ -120,10 +120,10 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
                run.mapper().scan_count() - archived, request.archive->string());
   if (run.problem()) {
     std::fflush(stdout);
-    throw Error(fmt::format("{} (the {} scans before are in {}{})", run.problem()->what(),
-                            run.mapper().scan_count(), written.string(),
-                            written == out ? "" : "; the whole map of before stays"),
-                run.problem()->exit_status());
+    throw Error(
+        fmt::format("{} (the {} scans before are in {}{})", run.problem()->what(), run.mapper().scan_count(),
+                    written.string(), written == out ? "" : "; the whole map of before stays"),
+        run.problem()->exit_status());
   }
 }
 

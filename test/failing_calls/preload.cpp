@@ -1,13 +1,17 @@
-// Stands between a program and the C library (LD_PRELOAD) and makes one call fail, ends the program at one, or keeps a
-// log of what is written and when it is on the disk. failing_calls.py drives it.
+// Stands between a program and the C library (LD_PRELOAD) and makes one call fail, ends the program at one,
+// or keeps a log of what is written and when it is on the disk. failing_calls.py drives it.
 //
-//   ALCES_FAIL=CALL:N:HOW   the N-th (from 1) CALL fails: HOW is an error's name (EIO), "short" (half of it is done),
-//                           or "kill" (SIGKILL, before the call). CALL "any": whichever is the N-th of all but malloc.
+//   ALCES_FAIL=CALL:N:HOW   the N-th (from 1) CALL fails: HOW is an error's name (EIO), "short" (half of it
+//   is done),
+//                           or "kill" (SIGKILL, before the call). CALL "any": whichever is the N-th of all
+//                           but malloc.
 //   ALCES_FAIL_COUNTS=FILE  how often each was called, "CALL COUNT" a line, written at the end
 //   ALCES_WRITE_LOG=FILE    a line for each change of the file system (see log_line)
-//   ALCES_CAN_WIRE=FOLDER   CAN sockets are Unix sockets in FOLDER: two programs on one bus without the kernel's vcan
+//   ALCES_CAN_WIRE=FOLDER   CAN sockets are Unix sockets in FOLDER: two programs on one bus without the
+//   kernel's vcan
 //
-// Calls that the C library makes inside itself (stdio's own write) are not seen: fread and fwrite are, as such.
+// Calls that the C library makes inside itself (stdio's own write) are not seen: fread and fwrite are, as
+// such.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -65,9 +69,9 @@ enum Call : int {
   call_stat,
   call_count
 };
-constexpr const char* names[call_count] = {"open",  "read",   "fread", "write", "fwrite", "fsync",
-                                           "rename", "mmap",  "malloc", "socket", "poll",  "ioctl",
-                                           "close", "ftruncate", "mkdir", "unlink", "flock", "stat"};
+constexpr const char* names[call_count] = {"open",   "read",      "fread",  "write",  "fwrite", "fsync",
+                                           "rename", "mmap",      "malloc", "socket", "poll",   "ioctl",
+                                           "close",  "ftruncate", "mkdir",  "unlink", "flock",  "stat"};
 
 struct ErrorName {
   const char* name;
@@ -106,7 +110,8 @@ int verdict(Call call) {
   if (!is_ready.load(std::memory_order_relaxed)) return 0;
   const long mine = counts[call].fetch_add(1) + 1;
   const long all = call == call_malloc ? 0 : all_count.fetch_add(1) + 1;
-  const bool is_it = failing_call == any_call ? all == failing_number : failing_call == call && mine == failing_number;
+  const bool is_it =
+      failing_call == any_call ? all == failing_number : failing_call == call && mine == failing_number;
   if (!is_it) return 0;
   if (failing_how == how_kill) ::kill(::getpid(), SIGKILL);
   return failing_how;
@@ -125,8 +130,8 @@ bool fails(Call call) {
 REAL(ssize_t, write, int, const void*, std::size_t);
 REAL(int, open, const char*, int, ...);
 
-/// "WORD INODE NUMBER [NUMBER] PATHS..." and for data its bytes in hexadecimal; one write a line, so that threads do not
-/// mix. Paths are absolute and hold no blank.
+/// "WORD INODE NUMBER [NUMBER] PATHS..." and for data its bytes in hexadecimal; one write a line, so that
+/// threads do not mix. Paths are absolute and hold no blank.
 void log_text(const char* format, ...) {
   char line[3 * PATH_MAX];
   va_list arguments;
@@ -142,7 +147,9 @@ bool is_logging() {
 
 std::uint64_t inode_of(int descriptor) {
   struct stat status {};
-  return ::fstat(descriptor, &status) == 0 && (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode)) ? status.st_ino : 0;
+  return ::fstat(descriptor, &status) == 0 && (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
+             ? status.st_ino
+             : 0;
 }
 
 void absolute(int folder, const char* path, char* out) {
@@ -193,7 +200,9 @@ __attribute__((constructor)) void begin() {
       for (int i = 0; i < call_count; ++i) {
         if (std::strcmp(names[i], call) == 0) failing_call = i;
       }
-      failing_how = std::strcmp(how, "kill") == 0 ? how_kill : std::strcmp(how, "short") == 0 ? how_short : EIO;
+      failing_how = std::strcmp(how, "kill") == 0    ? how_kill
+                    : std::strcmp(how, "short") == 0 ? how_short
+                                                     : EIO;
       for (const ErrorName& error : errors) {
         if (std::strcmp(error.name, how) == 0) failing_how = error.number;
       }
@@ -218,11 +227,13 @@ int opened(int descriptor, int folder, const char* path, int flags) {
   char name[PATH_MAX];
   absolute(folder, path, name);
   if (const std::uint64_t inode = inode_of(descriptor); inode != 0)
-    log_text("open %llu %d %s\n", static_cast<unsigned long long>(inode), (flags & O_TRUNC) != 0 ? 1 : 0, name);
+    log_text("open %llu %d %s\n", static_cast<unsigned long long>(inode), (flags & O_TRUNC) != 0 ? 1 : 0,
+             name);
   return descriptor;
 }
 
-// ------------------------------------------------------------------------------------------ CAN without a kernel's
+// ------------------------------------------------------------------------------------------ CAN without a
+// kernel's
 
 /// Of descriptors: a CAN socket that is a Unix socket.
 bool is_can[1024];
@@ -250,7 +261,8 @@ ssize_t send_can(int descriptor, const void* data, std::size_t size) {
   if (::getsockname(descriptor, reinterpret_cast<sockaddr*>(&own), &length) != 0) return -1;
   char* const end = own.sun_path + std::strlen(own.sun_path) - 1;
   *end = *end == 'a' ? 'b' : 'a';
-  const ssize_t sent = ::sendto(descriptor, data, size, MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&own), sizeof own);
+  const ssize_t sent =
+      ::sendto(descriptor, data, size, MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&own), sizeof own);
   return sent < 0 && (errno == ENOENT || errno == ECONNREFUSED) ? static_cast<ssize_t>(size) : sent;
 }
 
@@ -260,14 +272,14 @@ extern "C" {
 
 // ------------------------------------------------------------------------------------------ opening, closing
 
-#define OPEN(name)                                                    \
-  int name(const char* path, int flags, ...) {                        \
-    static int (*next_##name)(const char*, int, ...) = nullptr;       \
-    va_list arguments;                                                \
-    va_start(arguments, flags);                                       \
-    const mode_t mode = va_arg(arguments, mode_t);                    \
-    va_end(arguments);                                                \
-    if (fails(call_open)) return -1;                                  \
+#define OPEN(name)                                                       \
+  int name(const char* path, int flags, ...) {                           \
+    static int (*next_##name)(const char*, int, ...) = nullptr;          \
+    va_list arguments;                                                   \
+    va_start(arguments, flags);                                          \
+    const mode_t mode = va_arg(arguments, mode_t);                       \
+    va_end(arguments);                                                   \
+    if (fails(call_open)) return -1;                                     \
     return opened(NEXT(name)(path, flags, mode), AT_FDCWD, path, flags); \
   }
 OPEN(open)
@@ -283,14 +295,14 @@ int openat(int folder, const char* path, int flags, ...) {
   return opened(NEXT(openat)(folder, path, flags, mode), folder, path, flags);
 }
 
-#define FOPEN(name)                                                         \
-  FILE* name(const char* path, const char* mode) {                          \
-    static FILE* (*next_##name)(const char*, const char*) = nullptr;        \
-    if (fails(call_open)) return nullptr;                                   \
-    FILE* const file = NEXT(name)(path, mode);                              \
-    if (file != nullptr && mode[0] != 'r')                                  \
+#define FOPEN(name)                                                                               \
+  FILE* name(const char* path, const char* mode) {                                                \
+    static FILE* (*next_##name)(const char*, const char*) = nullptr;                              \
+    if (fails(call_open)) return nullptr;                                                         \
+    FILE* const file = NEXT(name)(path, mode);                                                    \
+    if (file != nullptr && mode[0] != 'r')                                                        \
       (void)opened(fileno(file), AT_FDCWD, path, mode[0] == 'w' ? O_WRONLY | O_TRUNC : O_WRONLY); \
-    return file;                                                            \
+    return file;                                                                                  \
   }
 FOPEN(fopen)
 FOPEN(fopen64)
@@ -308,16 +320,16 @@ int close(int descriptor) {
 
 // ------------------------------------------------------------------------------------------ reading, writing
 
-#define READ(name, PARAMETERS, ARGUMENTS, SIZE)      \
-  ssize_t name PARAMETERS {                          \
+#define READ(name, PARAMETERS, ARGUMENTS, SIZE)        \
+  ssize_t name PARAMETERS {                            \
     static ssize_t(*next_##name) PARAMETERS = nullptr; \
-    const int how = verdict(call_read);              \
-    if (how > 0) {                                   \
-      errno = how;                                   \
-      return -1;                                     \
-    }                                                \
-    if (how == how_short && SIZE > 1) SIZE /= 2;     \
-    return NEXT(name) ARGUMENTS;                     \
+    const int how = verdict(call_read);                \
+    if (how > 0) {                                     \
+      errno = how;                                     \
+      return -1;                                       \
+    }                                                  \
+    if (how == how_short && SIZE > 1) SIZE /= 2;       \
+    return NEXT(name) ARGUMENTS;                       \
   }
 READ(read, (int descriptor, void* room, std::size_t size), (descriptor, room, size), size)
 READ(pread, (int descriptor, void* room, std::size_t size, off_t at), (descriptor, room, size, at), size)
@@ -340,22 +352,24 @@ ssize_t write(int descriptor, const void* data, std::size_t size) {
   }
   if (how == how_short && size > 1) size /= 2;
   const ssize_t done = NEXT(write)(descriptor, data, size);
-  if (done > 0 && is_logging()) log_data(inode_of(descriptor), ::lseek(descriptor, 0, SEEK_CUR) - done, data, static_cast<std::size_t>(done));
+  if (done > 0 && is_logging())
+    log_data(inode_of(descriptor), ::lseek(descriptor, 0, SEEK_CUR) - done, data,
+             static_cast<std::size_t>(done));
   return done;
 }
 
-#define PWRITE(name, Offset)                                                                    \
-  ssize_t name(int descriptor, const void* data, std::size_t size, Offset at) {                 \
-    static ssize_t (*next_##name)(int, const void*, std::size_t, Offset) = nullptr;             \
-    const int how = verdict(call_write);                                                        \
-    if (how > 0) {                                                                              \
-      errno = how;                                                                              \
-      return -1;                                                                                \
-    }                                                                                           \
-    if (how == how_short && size > 1) size /= 2;                                                \
-    const ssize_t done = NEXT(name)(descriptor, data, size, at);                                \
+#define PWRITE(name, Offset)                                                                                \
+  ssize_t name(int descriptor, const void* data, std::size_t size, Offset at) {                             \
+    static ssize_t (*next_##name)(int, const void*, std::size_t, Offset) = nullptr;                         \
+    const int how = verdict(call_write);                                                                    \
+    if (how > 0) {                                                                                          \
+      errno = how;                                                                                          \
+      return -1;                                                                                            \
+    }                                                                                                       \
+    if (how == how_short && size > 1) size /= 2;                                                            \
+    const ssize_t done = NEXT(name)(descriptor, data, size, at);                                            \
     if (done > 0 && is_logging()) log_data(inode_of(descriptor), at, data, static_cast<std::size_t>(done)); \
-    return done;                                                                                \
+    return done;                                                                                            \
   }
 PWRITE(pwrite, off_t)
 PWRITE(pwrite64, off64_t)
@@ -386,26 +400,27 @@ std::size_t fwrite(const void* data, std::size_t size, std::size_t count, FILE* 
   return NEXT(fwrite)(data, size, count, file);
 }
 
-#define FTRUNCATE(name, Offset)                                                                                 \
-  int name(int descriptor, Offset size) {                                                                       \
-    static int (*next_##name)(int, Offset) = nullptr;                                                           \
-    if (fails(call_ftruncate)) return -1;                                                                       \
-    const int result = NEXT(name)(descriptor, size);                                                            \
-    if (result == 0 && is_logging())                                                                            \
-      log_text("cut %llu %lld\n", static_cast<unsigned long long>(inode_of(descriptor)), static_cast<long long>(size)); \
-    return result;                                                                                              \
+#define FTRUNCATE(name, Offset)                                                          \
+  int name(int descriptor, Offset size) {                                                \
+    static int (*next_##name)(int, Offset) = nullptr;                                    \
+    if (fails(call_ftruncate)) return -1;                                                \
+    const int result = NEXT(name)(descriptor, size);                                     \
+    if (result == 0 && is_logging())                                                     \
+      log_text("cut %llu %lld\n", static_cast<unsigned long long>(inode_of(descriptor)), \
+               static_cast<long long>(size));                                            \
+    return result;                                                                       \
   }
 FTRUNCATE(ftruncate, off_t)
 FTRUNCATE(ftruncate64, off64_t)
 
-#define SYNC(name)                                                                                          \
-  int name(int descriptor) {                                                                                \
-    static int (*next_##name)(int) = nullptr;                                                               \
-    if (fails(call_fsync)) return -1;                                                                       \
-    const int result = NEXT(name)(descriptor);                                                              \
-    if (result == 0 && is_logging())                                                                        \
-      log_text("sync %llu " #name "\n", static_cast<unsigned long long>(inode_of(descriptor)));             \
-    return result;                                                                                          \
+#define SYNC(name)                                                                              \
+  int name(int descriptor) {                                                                    \
+    static int (*next_##name)(int) = nullptr;                                                   \
+    if (fails(call_fsync)) return -1;                                                           \
+    const int result = NEXT(name)(descriptor);                                                  \
+    if (result == 0 && is_logging())                                                            \
+      log_text("sync %llu " #name "\n", static_cast<unsigned long long>(inode_of(descriptor))); \
+    return result;                                                                              \
   }
 SYNC(fsync)
 SYNC(fdatasync)
@@ -413,7 +428,8 @@ SYNC(syncfs)
 
 // ------------------------------------------------------------------------------------------ names
 
-static int renamed(int result, int from_folder, const char* from, int to_folder, const char* to, unsigned flags) {
+static int renamed(int result, int from_folder, const char* from, int to_folder, const char* to,
+                   unsigned flags) {
   if (result != 0 || !is_logging()) return result;
   char names_[2][PATH_MAX];
   absolute(from_folder, from, names_[0]);
@@ -435,7 +451,8 @@ int renameat(int from_folder, const char* from, int to_folder, const char* to) {
 int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) {
   REAL(int, renameat2, int, const char*, int, const char*, unsigned);
   if (fails(call_rename)) return -1;
-  return renamed(NEXT(renameat2)(from_folder, from, to_folder, to, flags), from_folder, from, to_folder, to, flags);
+  return renamed(NEXT(renameat2)(from_folder, from, to_folder, to, flags), from_folder, from, to_folder, to,
+                 flags);
 }
 
 #define OF_ONE_NAME(name, call, word, PARAMETERS, ARGUMENTS, folder) \
@@ -451,11 +468,13 @@ int renameat2(int from_folder, const char* from, int to_folder, const char* to, 
     return result;                                                   \
   }
 OF_ONE_NAME(mkdir, call_mkdir, "mkdir", (const char* path, mode_t mode), (path, mode), AT_FDCWD)
-OF_ONE_NAME(mkdirat, call_mkdir, "mkdir", (int folder, const char* path, mode_t mode), (folder, path, mode), folder)
+OF_ONE_NAME(mkdirat, call_mkdir, "mkdir", (int folder, const char* path, mode_t mode), (folder, path, mode),
+            folder)
 OF_ONE_NAME(unlink, call_unlink, "unlink", (const char* path), (path), AT_FDCWD)
 OF_ONE_NAME(remove, call_unlink, "unlink", (const char* path), (path), AT_FDCWD)
 OF_ONE_NAME(rmdir, call_unlink, "unlink", (const char* path), (path), AT_FDCWD)
-OF_ONE_NAME(unlinkat, call_unlink, "unlink", (int folder, const char* path, int flags), (folder, path, flags), folder)
+OF_ONE_NAME(unlinkat, call_unlink, "unlink", (int folder, const char* path, int flags), (folder, path, flags),
+            folder)
 
 int link(const char* from, const char* to) {
   REAL(int, link, const char*, const char*);
@@ -477,11 +496,11 @@ int flock(int descriptor, int operation) {
   return fails(call_flock) ? -1 : NEXT(flock)(descriptor, operation);
 }
 
-#define MMAP(name, Offset)                                                                     \
+#define MMAP(name, Offset)                                                                          \
   void* name(void* place, std::size_t size, int protection, int flags, int descriptor, Offset at) { \
-    static void* (*next_##name)(void*, std::size_t, int, int, int, Offset) = nullptr;          \
-    if (fails(call_mmap)) return MAP_FAILED;                                                   \
-    return NEXT(name)(place, size, protection, flags, descriptor, at);                         \
+    static void* (*next_##name)(void*, std::size_t, int, int, int, Offset) = nullptr;               \
+    if (fails(call_mmap)) return MAP_FAILED;                                                        \
+    return NEXT(name)(place, size, protection, flags, descriptor, at);                              \
   }
 MMAP(mmap, off_t)
 MMAP(mmap64, off64_t)
@@ -537,7 +556,8 @@ int setsockopt(int descriptor, int level, int option, const void* value, socklen
 ssize_t send(int descriptor, const void* data, std::size_t size, int flags) {
   REAL(ssize_t, send, int, const void*, std::size_t, int);
   if (fails(call_write)) return -1;
-  return is_can_socket(descriptor) ? send_can(descriptor, data, size) : NEXT(send)(descriptor, data, size, flags);
+  return is_can_socket(descriptor) ? send_can(descriptor, data, size)
+                                   : NEXT(send)(descriptor, data, size, flags);
 }
 
 int recvmmsg(int descriptor, mmsghdr* messages, unsigned count, int flags, timespec* timeout) {

@@ -20,7 +20,8 @@ namespace alces::fuzz {
 /// A file without a name on any disk; its path is good as long as it lives.
 class MemoryFile {
  public:
-  explicit MemoryFile(std::span<const std::uint8_t> bytes) : descriptor_(::memfd_create("input", MFD_CLOEXEC)) {
+  explicit MemoryFile(std::span<const std::uint8_t> bytes)
+      : descriptor_(::memfd_create("input", MFD_CLOEXEC)) {
     require(descriptor_ >= 0, "memfd_create");
     std::size_t done = 0;
     while (done < bytes.size()) {

@@ -1,7 +1,8 @@
 // What is fuzzed: a function over bytes that no input may crash, hang, or make wrong.
 //
-// Targets register themselves by name. libFuzzer runs one of them in a program of its own (libfuzzer_entry.cpp, preset
-// `fuzz`); the suite replays all corpora in one program (replay_main.cpp), with whatever compiler it was built by.
+// Targets register themselves by name. libFuzzer runs one of them in a program of its own
+// (libfuzzer_entry.cpp, preset `fuzz`); the suite replays all corpora in one program (replay_main.cpp), with
+// whatever compiler it was built by.
 #pragma once
 
 #include <cstdint>
@@ -46,8 +47,8 @@ inline void require(bool holds, const char* what) {
 }  // namespace alces::fuzz
 
 /// ALCES_FUZZ_TARGET(pcd) { ... } defines a target; its input is called `bytes`.
-#define ALCES_FUZZ_TARGET(name)                                                                      \
-  static void fuzz_##name(std::span<const std::uint8_t> bytes);                                      \
-  static ::alces::fuzz::Target target_##name{#name, fuzz_##name};                                    \
-  static const ::alces::fuzz::Registration registration_##name(target_##name);                       \
+#define ALCES_FUZZ_TARGET(name)                                                \
+  static void fuzz_##name(std::span<const std::uint8_t> bytes);                \
+  static ::alces::fuzz::Target target_##name{#name, fuzz_##name};              \
+  static const ::alces::fuzz::Registration registration_##name(target_##name); \
   static void fuzz_##name(std::span<const std::uint8_t> bytes)

@@ -296,7 +296,8 @@ TEST_CASE("map: a scan that may not be read") {
   check_map(folder, 2);
 }
 
-TEST_CASE("map: a run that comes to half of the scans leaves the whole map of before, and its half lies beside") {
+TEST_CASE(
+    "map: a run that comes to half of the scans leaves the whole map of before, and its half lies beside") {
   const TemporaryFolder folder;
   write_pcd_scans(folder, 4);
   REQUIRE(map(folder).status == 0);

@@ -36,8 +36,8 @@ class OutputFile {
   std::vector<char> buffer_;
 };
 
-/// As long as it lives, files below `folder` are not synced one by one: whoever puts the folder into its place
-/// syncs all of them at once. (A map of 1000 scans has 1000 .frames files.)
+/// As long as it lives, files below `folder` are not synced one by one: whoever puts the folder into its
+/// place syncs all of them at once. (A map of 1000 scans has 1000 .frames files.)
 class SyncedTogether {
  public:
   explicit SyncedTogether(std::filesystem::path folder);

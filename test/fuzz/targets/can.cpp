@@ -18,9 +18,11 @@ using offline::ObjectDictionaryFile;
 ALCES_FUZZ_TARGET(eds) {
   try {
     const ObjectDictionaryFile file = ObjectDictionaryFile::parse(as_text(bytes), "motor.eds");
-    for (const std::uint16_t index : std::array<std::uint16_t, 6>{0x1000, 0x1016, 0x1018, 0x1a00, 0x6040, 0x6007}) {
+    for (const std::uint16_t index :
+         std::array<std::uint16_t, 6>{0x1000, 0x1016, 0x1018, 0x1a00, 0x6040, 0x6007}) {
       (void)file.name(index);
-      for (const std::uint8_t sub : std::array<std::uint8_t, 4>{0, 1, 2, 255}) (void)file.value(index, sub, 127);
+      for (const std::uint8_t sub : std::array<std::uint8_t, 4>{0, 1, 2, 255})
+        (void)file.value(index, sub, 127);
     }
     (void)file.node();
   } catch (const offline::InputError&) {
@@ -32,7 +34,8 @@ ALCES_FUZZ_TARGET(explain_can) {
   std::shared_ptr<const ObjectDictionaryFile> dictionary;
   for_each_file(bytes, {"motor.eds"}, [&](std::string_view, std::string_view content) {
     try {
-      dictionary = std::make_shared<const ObjectDictionaryFile>(ObjectDictionaryFile::parse(content, "motor.eds"));
+      dictionary =
+          std::make_shared<const ObjectDictionaryFile>(ObjectDictionaryFile::parse(content, "motor.eds"));
     } catch (const offline::InputError&) {
     }
   });

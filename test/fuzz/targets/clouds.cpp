@@ -62,9 +62,9 @@ ALCES_FUZZ_TARGET(lzf) {
 ALCES_FUZZ_TARGET(scan_folder) {
   const MemoryFolder folder;
   for_each_file(bytes,
-                {"scan000.3d", "scan000.pose", "scan001.3d", "scan001.pose", "scan001.frames", "1.5.pcd", "2.25.pcd",
-                 "0.ply", "000000.bin", "a.csv", "b.las", "odometry.tum", "alidarPose.csv", "poses.txt", "calib.txt",
-                 "times.txt"},
+                {"scan000.3d", "scan000.pose", "scan001.3d", "scan001.pose", "scan001.frames", "1.5.pcd",
+                 "2.25.pcd", "0.ply", "000000.bin", "a.csv", "b.las", "odometry.tum", "alidarPose.csv",
+                 "poses.txt", "calib.txt", "times.txt"},
                 [&](std::string_view name, std::string_view content) { folder.write(name, content); });
   try {
     const auto scans = offline::open_scans(folder.path());

@@ -1,5 +1,5 @@
-// The scanner as its wires see it: frames, edges, bytes, links and orders, each with a time, in any order. And the parts
-// that promise more than to survive: the encoder, whose answers never change.
+// The scanner as its wires see it: frames, edges, bytes, links and orders, each with a time, in any order.
+// And the parts that promise more than to survive: the encoder, whose answers never change.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -115,7 +115,8 @@ std::vector<std::uint8_t> take_bytes(ByteFeed& feed, std::uint8_t channel, bool 
   return out;
 }
 
-/// An event: kind, time since the one before, and what the kind asks for. test/fuzz/make_seeds.py writes them, too.
+/// An event: kind, time since the one before, and what the kind asks for. test/fuzz/make_seeds.py writes
+/// them, too.
 ALCES_FUZZ_TARGET(scanner) {
   ByteFeed feed(bytes);
   const std::uint8_t choice = feed.byte();
@@ -143,9 +144,21 @@ ALCES_FUZZ_TARGET(scanner) {
   };
   while (!feed.is_empty() && events < 20'000) {
     const std::uint8_t head = feed.byte();
-    static constexpr std::array<std::int64_t, 15> steps_ns = {
-        0, 10'000, 100'000, ns_per_ms, 3 * ns_per_ms, 5 * ns_per_ms, 10 * ns_per_ms, 13 * ns_per_ms, 20 * ns_per_ms,
-        50 * ns_per_ms, 200 * ns_per_ms, ns_per_s, 5 * ns_per_s, 60 * ns_per_s, -2 * ns_per_s};
+    static constexpr std::array<std::int64_t, 15> steps_ns = {0,
+                                                              10'000,
+                                                              100'000,
+                                                              ns_per_ms,
+                                                              3 * ns_per_ms,
+                                                              5 * ns_per_ms,
+                                                              10 * ns_per_ms,
+                                                              13 * ns_per_ms,
+                                                              20 * ns_per_ms,
+                                                              50 * ns_per_ms,
+                                                              200 * ns_per_ms,
+                                                              ns_per_s,
+                                                              5 * ns_per_s,
+                                                              60 * ns_per_s,
+                                                              -2 * ns_per_s};
     Event event;
     // Of the last kind of time anything may stand there, and only the one event has it.
     const bool is_any_time = head >> 4 == 15;
@@ -175,7 +188,8 @@ ALCES_FUZZ_TARGET(scanner) {
       case 5: {
         event.kind = EventKind::edge;
         const std::uint8_t what = feed.byte();
-        event.edge = {.line = static_cast<std::uint8_t>(what & 7U), .is_rising = (what & 8U) != 0,
+        event.edge = {.line = static_cast<std::uint8_t>(what & 7U),
+                      .is_rising = (what & 8U) != 0,
                       .sequence = static_cast<std::uint32_t>(what >> 4)};
         break;
       }
@@ -225,9 +239,10 @@ ALCES_FUZZ_TARGET(scanner) {
   }
   scanner->finish();
   const ScanAssemblerCounters& c = scanner->assembler().counters();
-  require(c.profiles == c.profiles_used + c.profiles_of_unknown_laser + c.profiles_absurd + c.profiles_without_room +
-                            c.profiles_angle_late + c.profiles_angle_lost + c.profiles_late +
-                            c.profiles_head_standing + scanner->assembler().waiting_profiles(),
+  require(c.profiles == c.profiles_used + c.profiles_of_unknown_laser + c.profiles_absurd +
+                            c.profiles_without_room + c.profiles_angle_late + c.profiles_angle_lost +
+                            c.profiles_late + c.profiles_head_standing +
+                            scanner->assembler().waiting_profiles(),
           "every profile is counted once");
   require(c.rays == c.points + c.rays_without_range + c.rays_not_finite + c.rays_too_near + c.rays_too_far +
                         c.rays_masked + c.rays_without_room,
@@ -268,7 +283,8 @@ ALCES_FUZZ_TARGET(encoder) {
     switch (head & 7U) {
       case 0:
       case 1:
-        encoder->on_edge({.line = static_cast<std::uint8_t>((head >> 3) & 3U), .is_rising = (head & 32U) != 0,
+        encoder->on_edge({.line = static_cast<std::uint8_t>((head >> 3) & 3U),
+                          .is_rising = (head & 32U) != 0,
                           .sequence = static_cast<std::uint32_t>(head >> 6)},
                          stamp_ns);
         break;

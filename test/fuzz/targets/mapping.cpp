@@ -127,8 +127,8 @@ void drive(ByteFeed& feed, const MapperConfig& config) {
     if ((form & 32U) != 0) gps_m.y() = feed.number<double>();
     ScanReport report;
     const std::uint32_t before = mapper->scan_count();
-    const Status added =
-        mapper->add_scan(points, has_odometry ? &pose : nullptr, report, (form & 16U) != 0 ? &gps_m : nullptr);
+    const Status added = mapper->add_scan(points, has_odometry ? &pose : nullptr, report,
+                                          (form & 16U) != 0 ? &gps_m : nullptr);
     const bool is_in = added == Status::ok || added == Status::no_voxel_capacity;
     require(mapper->scan_count() == before + (is_in ? 1 : 0), "a scan is added, or the map stays as it was");
     for (const Pose& each : mapper->graph().poses()) require(is_valid(each), "poses of a map are poses");
@@ -145,7 +145,8 @@ void drive(ByteFeed& feed, const MapperConfig& config) {
   for (std::uint32_t scan = 0; scan < mapper->scan_count(); ++scan) {
     std::uint32_t count = 0;
     if (mapper->read_scan(scan, points, count) != Status::ok) continue;
-    for (const Point& point : std::span(points).first(count)) require(is_finite(point), "stored points are finite");
+    for (const Point& point : std::span(points).first(count))
+      require(is_finite(point), "stored points are finite");
   }
 }
 

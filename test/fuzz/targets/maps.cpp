@@ -27,15 +27,13 @@ void attempt(const Read& read) {
 ALCES_FUZZ_TARGET(map_folder) {
   const MemoryFolder folder;
   for_each_file(bytes,
-                {"run.json", "trajectory.tum", "trajectory_without_loops.tum", "graph.g2o", "scans.csv", "counters.csv",
-                 "map.ply"},
+                {"run.json", "trajectory.tum", "trajectory_without_loops.tum", "graph.g2o", "scans.csv",
+                 "counters.csv", "map.ply"},
                 [&](std::string_view name, std::string_view content) { folder.write(name, content); });
   attempt([&] { (void)offline::read_trajectory(folder.path()); });
   attempt([&] { (void)offline::read_scan_table(folder.path() / "scans.csv"); });
   attempt([&] { (void)offline::read_report_map(folder.path(), 1000); });
-  attempt([&] {
-    (void)offline::stream_ply(folder.path() / "map.ply", [](std::span<const Point>) {});
-  });
+  attempt([&] { (void)offline::stream_ply(folder.path() / "map.ply", [](std::span<const Point>) {}); });
 }
 
 ALCES_FUZZ_TARGET(scans_alces) {

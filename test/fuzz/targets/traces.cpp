@@ -56,8 +56,8 @@ ALCES_FUZZ_TARGET(candump) {
 ALCES_FUZZ_TARGET(trace_folder) {
   const MemoryFolder folder;
   for_each_file(bytes,
-                {"can0.log", "gpio.txt", "laser_a.bin", "laser_a.times", "laser_b.bin", "gps.nmea", "events.txt",
-                 "vehicle.toml", "laser_a.sent.bin"},
+                {"can0.log", "gpio.txt", "laser_a.bin", "laser_a.times", "laser_b.bin", "gps.nmea",
+                 "events.txt", "vehicle.toml", "laser_a.sent.bin"},
                 [&](std::string_view name, std::string_view content) { folder.write(name, content); });
   try {
     const replay::Traces traces = replay::open_traces(folder.path());
