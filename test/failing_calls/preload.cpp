@@ -66,12 +66,11 @@ enum Call : int {
   call_mkdir,
   call_unlink,
   call_flock,
-  call_stat,
   call_count
 };
 constexpr const char* names[call_count] = {"open",   "read",      "fread",  "write",  "fwrite", "fsync",
                                            "rename", "mmap",      "malloc", "socket", "poll",   "ioctl",
-                                           "close",  "ftruncate", "mkdir",  "unlink", "flock",  "stat"};
+                                           "close",  "ftruncate", "mkdir",  "unlink", "flock"};
 
 struct ErrorName {
   const char* name;
@@ -166,7 +165,7 @@ void absolute(int folder, const char* path, char* out) {
     const ssize_t size = ::readlink(link, base, sizeof base - 1);
     base[size > 0 ? size : 0] = '\0';
   }
-  std::snprintf(out, PATH_MAX, "%s/%s", base, path);
+  if (std::snprintf(out, PATH_MAX, "%s/%s", base, path) >= PATH_MAX) out[0] = '\0';
 }
 
 void log_data(std::uint64_t inode, long long at, const void* data, std::size_t size) {
