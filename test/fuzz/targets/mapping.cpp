@@ -25,6 +25,8 @@ MapperConfig small_config() {
   config.correspondence_capacity = 512;
   config.scan_match.maximum_iterations = 10;
   config.loop_match.maximum_iterations = 5;
+  config.start_search.reach_m = 4;
+  config.start_search.turn_step_rad = 0.3F;
   config.detector.minimum_gap_scans = 4;
   config.detector.minimum_gap_m = 1;
   return config;
@@ -117,7 +119,7 @@ void drive(ByteFeed& feed, const MapperConfig& config) {
   require(mapper != nullptr && status == Status::ok, "a checked configuration makes a mapper");
   std::vector<Point> points;
   Pose odometry;
-  for (int scan = 0; scan < 40 && !feed.is_empty(); ++scan) {
+  for (int scan = 0; scan < 24 && !feed.is_empty(); ++scan) {
     const std::uint8_t form = feed.byte();
     take_points(feed, form, points);
     const bool has_odometry = (form & 8U) != 0;
