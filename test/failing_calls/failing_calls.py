@@ -91,7 +91,7 @@ class Scenario:
 
 class Bench:
     def __init__(self, programs, preload, folder):
-        self.programs, self.preload, self.folder = pathlib.Path(programs), preload, folder
+        self.programs, self.preload, self.folder = pathlib.Path(programs).resolve(), pathlib.Path(preload).resolve(), folder
         self.pristine = folder / 'pristine'
         self.pristine.mkdir()
         self.numbers = iter(range(10**9))
