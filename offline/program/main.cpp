@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 
@@ -90,6 +91,8 @@ int run(int argc, char** argv) {
     return complain(error.exit_status(), error.what());
   } catch (const std::bad_alloc&) {
     return complain(capacity, "the machine has not enough memory for this");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return complain(output, fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0 || std::ferror(stderr) != 0) return complain(output, unwritten_answer);
     return complain(defect, fmt::format("{} (a defect of alces; please report it)", error.what()));

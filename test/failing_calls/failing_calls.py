@@ -353,7 +353,30 @@ class Daemon:
                 sys.exit(f'the configuration has no {key}')
         self.text = text
 
-    def drive(self, fail=None, kill=False):
+    def recording_after_cuts(self, disk, room, log, count):
+        """What a power cut leaves of a recording: nothing yet, or a file that can be read. "", or what is wrong."""
+        recording = room / 'drive.mcap'
+        disk.take(log)
+        if disk.everything(recording) != recording.read_bytes():
+            return 'the log of writes is not all that happened to the recording'
+        states = collections.Counter()
+        dice = random.Random(SEED)
+        for _ in range(count):
+            content = disk.after_a_cut(dice)(recording)
+            if not content or not content.startswith(b'\x89MCAP0\r\n'):
+                states['nothing'] += 1  # the first bytes had not been synced
+                continue
+            (room / 'cut.mcap').write_bytes(content)
+            info = subprocess.run([self.bench.programs / 'alces', 'info', room / 'cut.mcap'], stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True)
+            if info.returncode != 0:
+                return f'a recording cannot be read after a power cut: {info.stdout[-200:]}'
+            states['whole' if 'is whole: true' in info.stdout else 'a beginning'] += 1
+        print(f'alcesd               {count:6} power cuts: its recording is ' +
+              ', '.join(f'{times} times {state}' for state, times in sorted(states.items())), flush=True)
+        return ''
+
+    def drive(self, fail=None, kill=False, cuts=0):
         """Starts the vehicle and alcesd, stops alcesd once it scans, and says what came of it."""
         with tempfile.TemporaryDirectory(dir=self.bench.folder) as name:
             room = pathlib.Path(name)
@@ -366,6 +389,9 @@ class Daemon:
             try:
                 simulator.stdout.readline()  # the wires are there
                 more = {'ALCES_FAIL': fail} if fail else {'ALCES_FAIL_COUNTS': str(room / 'counts')}
+                if cuts:
+                    disk = power_cut.Disk(room)
+                    more['ALCES_WRITE_LOG'] = str(room / 'write.log')
                 log = (room / 'alcesd.log').open('w')
                 alcesd = subprocess.Popen([self.bench.programs / 'alcesd', '--config', config, '--record', room / 'drive.mcap'],
                                           stdout=log, stderr=log, env=self.bench.environment(**wires, **more))
@@ -407,6 +433,8 @@ class Daemon:
             elif alcesd.returncode > 0 and not output.strip():
                 what = f'exit status {alcesd.returncode} without a word'
             # 6: on a machine that is too busy the drive may not confirm in time
+            if cuts and not what:
+                what = self.recording_after_cuts(disk, room, (room / 'write.log').read_text(), cuts)
             if not fail and not kill and alcesd.returncode not in (0, 6):
                 what = what or f'undisturbed: exit status {alcesd.returncode}: ' + output[-500:]
             return alcesd.returncode, output, what, counts
@@ -414,7 +442,7 @@ class Daemon:
 
 def daemon(bench, budget):
     vehicle = Daemon(bench)
-    status, _, what, counts = vehicle.drive()
+    status, _, what, counts = vehicle.drive(cuts=500 if budget == 0 else 20)
     if what:
         bench.complain('alcesd', 'nothing fails', what)
         return
