@@ -67,7 +67,7 @@ class StagedFolder {
   std::filesystem::path folder_;  ///< absolute, no link
   std::filesystem::path staging_;
   std::optional<SyncedTogether> synced_together_;  ///< what lies in staging_, by commit()
-  std::filesystem::path aside_;  ///< the old one, between two renames
+  std::filesystem::path aside_;                    ///< the old one, between two renames
   IsOurs is_ours_;
   int lock_ = -1;
   bool is_inside_ = false;  ///< staging_ is a folder of folder_: file by file
