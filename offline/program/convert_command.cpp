@@ -90,21 +90,20 @@ TraceOptions trace_options(const Options& options) {
         end = 0;
       }
     }
-    if (end == 0 || end != text.size() - equals - 1 || !(std::abs(offset_s) < 9e9))
+    if (end == 0 || end != text.size() - equals - 1 || !(std::abs(offset_s) < 2e9))
       throw UsageError(fmt::format("--clock-offset {}: write FILE=SECONDS, as gpio.txt=12.5", text));
     traces.clock_offsets_ns[text.substr(0, equals)] = std::llround(offset_s * 1e9);
   }
   return traces;
 }
 
-/// The encoder's lines as the drive's own configuration names them; none: each by its place.
+/// The encoder's lines as the drive's own configuration names them; none: each by its place. TraceError: what
+/// cannot be read now is no drive without a configuration.
 std::vector<std::string> configured_lines(const std::string& in) {
+  const Traces traces = open_traces(in);
+  if (traces.configuration.empty()) return {};
   try {
-    const Traces traces = open_traces(in);
-    if (traces.configuration.empty()) return {};
     return settings::parse_vehicle_settings(traces.configuration, in).gpio_lines;
-  } catch (const TraceError&) {
-    return {};  // is told when IN is opened for good
   } catch (const settings::Error&) {
     return {};  // what is wrong with a configuration is no matter of traces
   }

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 
@@ -38,8 +39,11 @@ Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reache
 
 enum ExitStatus : int { done = 0, defect = 1, usage = 2, capacity = 4, output = 5 };
 
+constexpr const char* unwritten_answer = "standard output cannot be written; the answer is not whole";
+
 int complain(int status, const std::string& sentence) {
-  if (processes().rank() == 0) fmt::print(stderr, "alces: {}\n", sentence);
+  // not fmt::print, which throws when standard error cannot be written either
+  if (processes().rank() == 0) std::fprintf(stderr, "alces: %s\n", sentence.c_str());
   return status;
 }
 
@@ -89,8 +93,7 @@ int run(int argc, char** argv) {
   try {
     alces.parse(argc, argv);
     // what went to a full disk is not said
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      return complain(output, "standard output cannot be written; the answer is not whole");
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return complain(output, unwritten_answer);
     return done;
   } catch (const CLI::Success& success) {  // --help, --version
     return alces.exit(success);
@@ -104,7 +107,10 @@ int run(int argc, char** argv) {
     return complain(error.exit_status(), error.what());
   } catch (const std::bad_alloc&) {
     return complain_of_memory();
+  } catch (const std::filesystem::filesystem_error& error) {
+    return complain(output, fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0 || std::ferror(stderr) != 0) return complain(output, unwritten_answer);
     return complain(defect, fmt::format("{} (a defect of alces; please report it)", error.what()));
   }
 }

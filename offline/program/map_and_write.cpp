@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "alces_offline/error.h"
+#include "alces_offline/input_file.h"
 #include "alces_offline/json_text.h"
 #include "alces_offline/map_health.h"
 #include "alces_offline/run_report.h"
@@ -45,6 +46,16 @@ void print_drive(const nlohmann::json& drive, bool json) {
     }
   }
   std::fflush(stdout);
+}
+
+/// Whether a map is there that was made to its end.
+bool holds_whole_map(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(folder / "run.json", ignored)) return false;
+  std::string bytes;
+  read_file(folder / "run.json", bytes);
+  const nlohmann::json run = nlohmann::json::parse(bytes, nullptr, false);
+  return run.is_object() && run.value("complete", nlohmann::json()) == true;
 }
 
 }  // namespace
@@ -92,8 +103,15 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
   if (describe) describe(program);
   nlohmann::json report;
   const Doing writing("writing the map", out.string());
+  std::filesystem::path written = out;
   try {
-    report = write_map_folder(stage, run, program);
+    if (run.problem() && holds_whole_map(out)) {  // half a map takes no whole one's place
+      if (!written.has_filename()) written = written.parent_path();
+      written += ".partial";
+      report = write_map_folder(written, run, program);
+    } else {
+      report = write_map_folder(stage, run, program);
+    }
   } catch (const Error&) {
     if (run.problem()) fmt::print(stderr, "alces: {}\n", run.problem()->what());
     throw;
@@ -106,9 +124,10 @@ void map_and_write(ScanSource& scans, const MapRequest& asked, const std::filesy
                run.mapper().scan_count() - archived, request.archive->string());
   if (run.problem()) {
     std::fflush(stdout);
-    throw Error(fmt::format("{} (the {} scans before are in {})", run.problem()->what(),
-                            run.mapper().scan_count(), out.string()),
-                run.problem()->exit_status());
+    throw Error(
+        fmt::format("{} (the {} scans before are in {}{})", run.problem()->what(), run.mapper().scan_count(),
+                    written.string(), written == out ? "" : "; the whole map of before stays"),
+        run.problem()->exit_status());
   }
 }
 

@@ -44,9 +44,10 @@ bool are_both_times(const Trajectory& a, const Trajectory& b) {
   const Trajectory& numbers = a.has_time ? b : a;
   const Trajectory& times = a.has_time ? a : b;
   if (!numbers.has_stamps || counts_up(numbers)) return false;
-  const auto [first, last] = std::minmax_element(times.stamps_s.begin(), times.stamps_s.end());
-  return std::any_of(numbers.stamps_s.begin(), numbers.stamps_s.end(),
-                     [&](double stamp) { return stamp >= *first && stamp <= *last; });
+  const auto range = std::minmax_element(times.stamps_s.begin(), times.stamps_s.end());
+  return std::any_of(numbers.stamps_s.begin(), numbers.stamps_s.end(), [&range](double stamp) {
+    return stamp >= *range.first && stamp <= *range.second;  // clang 14 captures no structured bindings
+  });
 }
 
 }  // namespace

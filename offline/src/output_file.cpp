@@ -4,7 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <mutex>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -34,7 +37,42 @@ std::string reason(int error_number) {
   }
 }
 
+/// Folders whose files are synced together.
+struct SyncedFolders {
+  std::mutex mutex;
+  std::vector<std::filesystem::path> folders;
+};
+SyncedFolders& synced_folders() {
+  static SyncedFolders folders;
+  return folders;
+}
+
+bool is_synced_later(const std::filesystem::path& file) {
+  const std::scoped_lock lock(synced_folders().mutex);
+  return std::ranges::any_of(synced_folders().folders, [&file](const std::filesystem::path& folder) {
+    return file.native().starts_with(folder.native() + '/');
+  });
+}
+
+int sync_to_disk(int descriptor) {
+  while (::fsync(descriptor) != 0) {
+    if (errno != EINTR) return errno;
+  }
+  return 0;
+}
+
 }  // namespace
+
+SyncedTogether::SyncedTogether(std::filesystem::path folder) : folder_(std::move(folder)) {
+  const std::scoped_lock lock(synced_folders().mutex);
+  synced_folders().folders.push_back(folder_);
+}
+
+SyncedTogether::~SyncedTogether() {
+  const std::scoped_lock lock(synced_folders().mutex);
+  auto& folders = synced_folders().folders;
+  folders.erase(std::ranges::find(folders, folder_));
+}
 
 OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
   struct stat status {};
@@ -110,14 +148,15 @@ void OutputFile::patch(std::uint64_t position, std::string_view bytes) {
 
 void OutputFile::commit() {
   flush();
-  // no fsync: against a program that dies the rename is enough, and 1000 .frames files would cost seconds
-  if (::close(std::exchange(descriptor_, -1)) != 0) {
-    const int error_number = errno;
+  const bool is_file = !part_.empty();
+  int error_number = is_file && !is_synced_later(file_) ? sync_to_disk(descriptor_) : 0;
+  if (::close(std::exchange(descriptor_, -1)) != 0 && error_number == 0) error_number = errno;
+  if (error_number != 0) {
     if (!part_.empty()) ::unlink(part_.c_str());
     fail(error_number);
   }
-  if (!part_.empty() && ::rename(part_.c_str(), file_.c_str()) != 0) {
-    const int error_number = errno;
+  if (is_file && ::rename(part_.c_str(), file_.c_str()) != 0) {
+    error_number = errno;
     ::unlink(part_.c_str());
     fail(error_number);
   }

@@ -121,6 +121,7 @@ void StagedFolder::choose_staging() {
                             has_mount_point_inside(folder_));
   staging_ = is_inside_ ? folder_ / inside_name
                         : parent / fmt::format(".{}.alces-part", folder_.filename().string());
+  synced_together_.emplace(staging_);
 }
 
 /// Held until this object or the process ends.

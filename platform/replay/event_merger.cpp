@@ -17,8 +17,15 @@ void EventMerger::add(std::unique_ptr<EventSource> source, std::int64_t offset_n
 void EventMerger::fetch(Source& source) {
   source.has_event = source.source->next(source.event);
   if (!source.has_event) return;
+  // So that differences and sums of a few do not overflow.
+  const auto sane = [](std::int64_t stamp_ns) {
+    return std::clamp(stamp_ns, -latest_stamp_ns, latest_stamp_ns);
+  };
+  if (source.event.stamp_ns != sane(source.event.stamp_ns))
+    problems_.add(source.source->name() + ": a stamp beyond 73 years is taken for the farthest that can be");
+  source.event.stamp_ns = sane(source.event.stamp_ns);
   if (source.is_first && options_.align_starts) source.offset_ns = -source.event.stamp_ns;
-  source.event.stamp_ns += source.offset_ns;
+  source.event.stamp_ns = sane(source.event.stamp_ns + source.offset_ns);
   if (!source.is_first) {
     const std::int64_t step_ns = source.event.stamp_ns - source.due_ns;
     if (step_ns > options_.longest_gap_ns || step_ns < -options_.longest_fall_back_ns)

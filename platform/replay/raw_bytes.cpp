@@ -68,7 +68,7 @@ bool RawBytesReader::next(Event& event) {
   }
   if (!has_time) {
     const std::int64_t duration_ns = static_cast<std::int64_t>(got) * 10 * ns_per_s / options_.baud;
-    stamp_ns = last_stamp_ns_ + duration_ns;
+    stamp_ns = last_stamp_ns_ > INT64_MAX - duration_ns ? INT64_MAX : last_stamp_ns_ + duration_ns;
   }
   last_stamp_ns_ = stamp_ns;
   event = {};

@@ -3,6 +3,14 @@
 #include <cstring>
 
 namespace alces::replay {
+namespace {
+
+[[noreturn]] void fail_to_read(const std::string& name, int error_number) {
+  throw TraceError(name + ": cannot be read on (" + std::strerror(error_number) +
+                   "); what comes after is unknown, check the disk");
+}
+
+}  // namespace
 
 RecordingSource::RecordingSource(const std::filesystem::path& file)
     : name_(file.string()), file_(name_.c_str()), reader_(file_) {
@@ -12,17 +20,14 @@ RecordingSource::RecordingSource(const std::filesystem::path& file)
     sentence += std::strerror(file_.error_number());
     throw TraceError(sentence + ")");
   }
-  if (!reader_.open()) throw TraceError(name_ + ": " + reader_.problems().front());
+  const bool is_open = reader_.open();
+  if (file_.error_number() != 0) fail_to_read(name_, file_.error_number());
+  if (!is_open) throw TraceError(name_ + ": " + reader_.problems().front());
 }
 
 bool RecordingSource::next(Event& event) {
   if (reader_.next_event(event)) return true;
-  if (file_.error_number() != 0) {
-    std::string sentence = name_;
-    sentence += ": cannot be read on (";
-    sentence += std::strerror(file_.error_number());
-    throw TraceError(sentence + "); what comes after is unknown, check the disk");
-  }
+  if (file_.error_number() != 0) fail_to_read(name_, file_.error_number());
   return false;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -35,6 +37,7 @@ constexpr int lines_sniffed = 20;
 
 bool begins_with_magic(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw TraceError(file.string() + ": cannot be opened (" + std::strerror(errno) + ")");
   std::array<char, 5> begin{};
   stream.read(begin.data(), begin.size());
   return stream && std::equal(begin.begin(), begin.end(), mcap::magic.begin(),
@@ -96,7 +99,8 @@ std::string text_of(const fs::path& file) {
     stream.read(piece.data(), piece.size());
     text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
   }
-  if (stream.bad()) throw TraceError(file.string() + ": cannot be read to its end; check the disk");
+  if (!stream.is_open() || stream.bad())
+    throw TraceError(file.string() + ": cannot be read to its end; check the disk");
   return text;
 }
 

@@ -1,5 +1,8 @@
 #include "alces_platform/replay/trace_writer.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -28,6 +31,18 @@ std::string link_name(const Event& event) {
   if (event.kind == EventKind::can_link) return bus_name(event.channel);
   return event.channel < byte_channel_names.size() ? std::string(byte_channel_names[event.channel])
                                                    : "bytes" + std::to_string(event.channel);
+}
+
+/// So that a power cut leaves the old file or the new one.
+void sync_to_disk(const std::string& file, const std::string& name) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  int error_number = descriptor < 0 ? errno : 0;
+  while (error_number == 0 && ::fsync(descriptor) != 0) {
+    if (errno != EINTR) error_number = errno;
+  }
+  if (descriptor >= 0) ::close(descriptor);
+  if (error_number != 0)
+    throw TraceWriteError(name + ": cannot be written (" + std::strerror(error_number) + ")");
 }
 
 }  // namespace
@@ -74,6 +89,7 @@ void TraceFile::finish() {
   stream_.close();
   if (!stream_) throw TraceWriteError(name_ + ": cannot be written; is the disk full?");
   if (part_.empty()) return;
+  sync_to_disk(part_, name_);
   std::error_code error;
   std::filesystem::rename(part_, name_, error);
   if (error) throw TraceWriteError(name_ + ": cannot be written (" + error.message() + ")");

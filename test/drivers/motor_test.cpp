@@ -235,6 +235,19 @@ TEST_CASE("a negative speed is a speed") {
   CHECK(bench.node.velocity_units == -4000);
 }
 
+TEST_CASE("a clock that jumps by decades, forward and back, again and again overflows nothing") {
+  MotorBench bench;
+  bench.motor.start(0);
+  REQUIRE(bench.run_until(MotorState::running));
+  for (int jump = 0; jump < 12; ++jump) {
+    bench.motor.on_tick(latest_stamp_ns);
+    for (std::int64_t tick = 1; tick <= 50; ++tick) bench.motor.on_tick(tick * 10 * ns_per_ms);
+    if (bench.motor.next_sync_ns() != no_stamp_ns) CHECK(bench.motor.next_sync_ns() <= 2 * latest_stamp_ns);
+  }
+  CHECK(bench.motor.counters().clock_steps > 2);
+  for (const Notice& notice : bench.notices.notices) CHECK(notice.stamp_ns >= 0);
+}
+
 TEST_CASE("without SYNC the RPDOs go out by the clock and event-driven TPDOs are taken") {
   MotorConfig config = motor_config();
   config.sync.period_ns = 0;

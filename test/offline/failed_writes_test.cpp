@@ -88,4 +88,8 @@ TEST_CASE("an answer that does not fit where standard output goes is no success"
   const int status = std::system(command.c_str());
   CHECK(WEXITSTATUS(status) == 5);
   CHECK_THAT(content_of(folder / "stderr.txt"), Contains("standard output cannot be written"));
+  const int mute = std::system(
+      ("cd '" + folder.path().string() + "' && '" ALCES_PROGRAM "' info a.tum >/dev/full 2>/dev/full")
+          .c_str());
+  CHECK((WIFEXITED(mute) && WEXITSTATUS(mute) == 5));  // nor is what cannot even be complained of a crash
 }

@@ -296,6 +296,26 @@ TEST_CASE("map: a scan that may not be read") {
   check_map(folder, 2);
 }
 
+TEST_CASE(
+    "map: a run that comes to half of the scans leaves the whole map of before, and its half lies beside") {
+  const TemporaryFolder folder;
+  write_pcd_scans(folder, 4);
+  REQUIRE(map(folder).status == 0);
+  const std::string before = content_of(folder / "out/run.json");
+  folder.write("scans/scan002.pcd", "no cloud");
+  const Outcome outcome = map(folder);
+  check_sentence(outcome, 3, "scan002.pcd");
+  CHECK_THAT(outcome.err, Contains("the 2 scans before are in out.partial; the whole map of before stays"));
+  CHECK(content_of(folder / "out/run.json") == before);
+  check_map(folder, 4);
+  CHECK(read_trajectory(folder / "out.partial").size() == 2);
+
+  fs::remove_all(folder / "out");
+  REQUIRE(map(folder).status == 3);  // half a map does give way
+  folder.write("scans/scan001.pcd", "no cloud");
+  CHECK_THAT(map(folder).err, Contains("the 1 scans before are in out)"));
+}
+
 TEST_CASE("map: a folder that cannot be read") {
   const TemporaryFolder folder;
   write_pcd_scans(folder, 2);

@@ -145,6 +145,29 @@ TEST_CASE("times that do not fit the bytes are told, and no byte is lost") {
   CHECK_THAT(many.problems().sentences[0], Catch::Contains("many.times:2: the bytes end 6 bytes before"));
 }
 
+TEST_CASE("stamps at either end of 64 bits are told, and overflow nothing") {
+  const TraceBench bench;
+  const auto bytes = bench.write("laser_a.bin", "abcdefg");
+  RawBytesReader late(bytes, bench.write("late.times", "9223372036854775807 3\n"), {});
+  const auto events = all_events(late);
+  REQUIRE(events.size() == 2);
+  CHECK(events[1].event.stamp_ns == INT64_MAX);  // the rest comes after it
+
+  EventMerger merger;
+  merger.add(std::make_unique<RawBytesReader>(
+                 bytes, bench.write("both.times", "-9223372036854775808 3\n9223372036854775807 4\n"),
+                 RawBytesOptions{}),
+             -ns_per_s);
+  std::size_t pieces = 0;
+  Event event;
+  while (merger.next(event)) {
+    CHECK(std::abs(event.stamp_ns) <= latest_stamp_ns);
+    if (event.kind == EventKind::bytes) ++pieces;
+  }
+  CHECK(pieces == 2);
+  CHECK_THAT(merger.problems().sentences.front(), Catch::Contains("a stamp beyond 73 years"));
+}
+
 TEST_CASE("NMEA sentences come at their own time of day, or at the one written before them") {
   const TraceBench bench;
   NmeaTraceReader reader(

@@ -178,7 +178,8 @@ void Motor::on_tick(std::int64_t now_ns) {
     // The clock was set back. In here time goes on: every period and time-out stays what it was.
     ticks_behind_ = 0;
     ++counters_.clock_steps;
-    ahead_ns_ = now_ns_ - now_ns;
+    // A clock that jumps by decades again and again has its end here: sums do not overflow.
+    ahead_ns_ = std::min(now_ns_ - now_ns, latest_stamp_ns);
   }
   now_ns_ = std::max(now_ns_, now_ns + ahead_ns_);
   permit_.on_tick(now_ns_);

@@ -17,9 +17,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "alces_offline/output_file.h"
 
 namespace alces::offline {
 
@@ -63,7 +66,8 @@ class StagedFolder {
   std::filesystem::path shown_;
   std::filesystem::path folder_;  ///< absolute, no link
   std::filesystem::path staging_;
-  std::filesystem::path aside_;  ///< the old one, between two renames
+  std::optional<SyncedTogether> synced_together_;  ///< what lies in staging_, by commit()
+  std::filesystem::path aside_;                    ///< the old one, between two renames
   IsOurs is_ours_;
   int lock_ = -1;
   bool is_inside_ = false;  ///< staging_ is a folder of folder_: file by file
