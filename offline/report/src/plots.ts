@@ -160,8 +160,8 @@ export function addScanPlots(report: Report, scans: Scans, onScan: (scan: number
       curves: [{ name: 'overlap', color: 'curve-2', values: scans.column('overlap')!.map((value) => 100 * value) }],
     })
     const directions = ['x', 'y', 'z', 'roll', 'pitch', 'yaw']
-    const held = directions.map((name) => scans.column(`held_${name}`))
-    if (held.every((column) => column !== undefined)) {
+    const held = directions.flatMap((name) => scans.column(`held_${name}`) ?? [])
+    if (held.length === directions.length) {
       // The first scan is matched to nothing: shown as the second one.
       const weakest = Float32Array.from(rms, (_, i) => 100 * Math.min(...held.map((column) => column[i === 0 && rms.length > 1 ? 1 : i])))
       addPlot(parent, {
