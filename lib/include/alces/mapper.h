@@ -191,6 +191,9 @@ class StageClock {
 
 class Mapper {
  public:
+  /// What its stored scans hold beside points and samples.
+  static constexpr ChannelCapacity stored_channels{false, false, ScanSignature::stored_bytes};
+
   /// Bytes that create() needs for this configuration; constexpr, so that it can size a static array.
   [[nodiscard]] static constexpr std::size_t memory_required(const MapperConfig& config);
 
@@ -396,12 +399,8 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
     : config_(config),
       voxel_grid_(arena, config.voxel),
       reduced_(arena.allocate<Point>(config.voxel.cell_capacity)),
-      store_(arena, {config.scan_capacity,
-                     config.voxel.cell_capacity,
-                     config.pool_bytes,
-                     config.cache_slots,
-                     config.surface,
-                     {false, false, ScanSignature::stored_bytes}}),
+      store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
+                     config.surface, stored_channels}),
       icp_(arena, config.correspondence_capacity),
       start_search_(arena),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
