@@ -46,24 +46,39 @@ bool Mapper::load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& m
   return true;
 }
 
+// In the order of the paper's Figure 1.
 Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from_body, ScanReport& report,
                         const Eigen::Vector3d* gps_position_m) {
   report = ScanReport{};
-  const std::uint32_t n = graph_.vertex_count();
-  report.scan = n;
-  const auto refuse = [this](Status status) {
-    ++counters_.scans_refused;
-    return status;
-  };
-  if (odometry_from_body != nullptr && !is_valid(*odometry_from_body)) return refuse(Status::bad_pose);
-  if (n == config_.scan_capacity) return refuse(Status::no_scan_capacity);
-  const Pose map_from_last = n > 0 ? graph_.poses()[n - 1] : Pose{};
-  const MotionPrior::Prediction prediction =
-      n > 0 ? motion_[0].predict(odometry_from_body) : MotionPrior::Prediction{};
-  const Pose last_from_predicted = prediction.last_from_next;
-  const Pose predicted = map_from_last * last_from_predicted;
-  if (!is_valid(predicted) || !is_valid(last_from_predicted)) return refuse(Status::bad_pose);
+  report.scan = scan_count();
+  MotionPrior::Prediction prediction;
+  const Status predicted = predict(odometry_from_body, prediction);
+  if (predicted != Status::ok) return refuse(predicted);
+  const Status reduced = reduce(points, report);
+  if (report.points.kept == 0) return refuse(reduced);
+  const Status stored = store(report);
+  if (stored != Status::ok) return refuse(stored);
+  place(prediction, odometry_from_body, report);
+  if (config_.close_loops) look_for_loop(report.scan, gps_position_m, report);
+  return reduced;
+}
 
+Status Mapper::refuse(Status status) {
+  ++counters_.scans_refused;
+  return status;
+}
+
+// Where the next scan may be; that there is room for it, too.
+Status Mapper::predict(const Pose* odometry_from_body, MotionPrior::Prediction& prediction) const {
+  if (odometry_from_body != nullptr && !is_valid(*odometry_from_body)) return Status::bad_pose;
+  if (scan_count() == config_.scan_capacity) return Status::no_scan_capacity;
+  if (scan_count() == 0) return Status::ok;
+  prediction = motion_[0].predict(odometry_from_body);
+  const Pose predicted = graph_.poses().back() * prediction.last_from_next;
+  return is_valid(predicted) && is_valid(prediction.last_from_next) ? Status::ok : Status::bad_pose;
+}
+
+Status Mapper::reduce(std::span<const Point> points, ScanReport& report) {
   const std::uint64_t begin_ns = now_ns();
   const Status reduced = voxel_grid_.reduce(points, reduced_, report.points);
   counters_.points_in += report.points.points;
@@ -71,15 +86,27 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
   counters_.points_too_near += report.points.too_near;
   counters_.points_too_far += report.points.too_far;
   counters_.points_without_cell += report.points.without_cell;
-  if (report.points.kept == 0) return refuse(reduced);
-  const std::uint64_t reduced_ns = now_ns();
-  report.times.reduce_ns = reduced_ns - begin_ns;
+  report.times.reduce_ns = now_ns() - begin_ns;
+  return reduced;
+}
 
-  const Status stored = store_.add(reduced_.first(report.points.kept), report.points.cell_size_m);
-  if (stored != Status::ok) return refuse(stored);
-  const std::uint64_t stored_ns = now_ns();
-  report.times.store_ns = stored_ns - reduced_ns;
+Status Mapper::store(ScanReport& report) {
+  const std::uint64_t begin_ns = now_ns();
+  const std::span<const Point> kept = reduced_.first(report.points.kept);
+  std::array<std::byte, ScanSignature::stored_bytes> signature;
+  ScanSignature::of(kept).write(signature);
+  ScanChannels channels;
+  channels.signature = signature;
+  channels.signature_version = ScanSignature::version;
+  const Status stored = store_.add(kept, report.points.cell_size_m, channels);
+  report.times.store_ns = now_ns() - begin_ns;
+  return stored;
+}
 
+void Mapper::place(const MotionPrior::Prediction& prediction, const Pose* odometry_from_body,
+                   ScanReport& report) {
+  const std::uint64_t begin_ns = now_ns();
+  const std::uint32_t n = report.scan;
   const Step step = n > 0 ? match_step(n, prediction, report) : Step{};
   if (n > 0) {
     const bool is_sure = step.verdict == StepVerdict::believed || step.verdict == StepVerdict::found ||
@@ -90,10 +117,7 @@ Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from
     motion_[0].start(odometry_from_body);
   }
   add_step(n, step);
-  const std::uint64_t matched_ns = now_ns();
-  report.times.match_ns = matched_ns - stored_ns;
-  if (config_.close_loops) look_for_loop(n, gps_position_m, report);
-  return reduced;
+  report.times.match_ns = now_ns() - begin_ns;
 }
 
 void Mapper::look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_m, ScanReport& report) {

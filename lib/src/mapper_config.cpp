@@ -68,7 +68,9 @@ bool is_usable(const StepBelief& config) {
 
 bool is_usable(const StartSearchConfig& config) {
   return is_within(config.cell_m, 0.05, longest_m) && is_within(config.reach_m, 0, 60) &&
-         is_within(config.reach_m / config.cell_m, 0, 60) && is_within(config.turn_step_rad, 0.025, 4);
+         is_within(config.reach_m / config.cell_m, 0, 60) && is_within(config.turn_step_rad, 0.025, 4) &&
+         config.iterations > 0 && is_within(config.gain, 0, 1) &&
+         is_within(config.gain_against_odometry, 0, 1);
 }
 
 bool is_usable(const BeliefConfig& config) {

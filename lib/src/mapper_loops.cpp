@@ -118,20 +118,16 @@ IcpResult Mapper::match_searched(std::span<const IcpScan> model, std::span<const
   std::array<Start, StartSearch::most_starts> room;
   const std::uint32_t found = start_search_.find(model, data.last(1), prior.model_from_data, map_from_f,
                                                  static_cast<float>(turn_rad), around, room);
-  // They are tried with scan l alone and few iterations; the best of them is matched in full.
-  IcpConfig quick = config;
-  quick.maximum_iterations = config_.loop_search.iterations;
-  quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * around.cell_m);
+  // They are tried with scan l alone and few iterations, as the place where the match came to rest is; the
+  // best of them is matched in full.
   const IcpPrior* const used = config_.use_motion_prior ? &prior : nullptr;
-  IcpResult best = icp_.match(model, data.last(1), straight.model_from_data, quick, used);
-  bool is_better = false;
-  for (const Start& start : std::span(room).first(found)) {
-    const IcpResult match = icp_.match(model, data.last(1), start.model_from_data, quick, used);
-    if (!is_found(match) || match.balanced_fit < best.balanced_fit + 0.03) continue;
-    best = match;
-    is_better = true;
-  }
-  return is_better ? icp_.match(model, data, best.model_from_data, config, used) : straight;
+  IcpResult best;
+  const std::array<Start, 1> straight_start{{straight.model_from_data, 1}};
+  (void)try_starts(model, data.back(), straight_start, 0, config, used, best);
+  return try_starts(model, data.back(), std::span(room).first(found), config_.start_search.gain, config, used,
+                    best)
+             ? icp_.match(model, data, best.model_from_data, config, used)
+             : straight;
 }
 
 IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,

@@ -21,6 +21,10 @@ IcpPrior prior_of(const MotionPrior::Prediction& prediction) {
   return prior;
 }
 
+bool has_plane(const SurfaceSample& sample) {
+  return sample.normal[0] != 0 || sample.normal[1] != 0 || sample.normal[2] != 0;
+}
+
 }  // namespace
 
 EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior) const {
@@ -102,6 +106,9 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
   report.overlap = match.overlap;
   report.fit = match.balanced_fit;
   report.rms_m = match.rms_m;
+  report.samples = static_cast<std::uint32_t>(newest.samples.size());
+  report.surfaces = static_cast<std::uint32_t>(std::ranges::count_if(newest.samples, has_plane));
+  report.held = held_directions(match);
   report.step = step.verdict;
   report.doubt = doubt;
   report.motion_mahalanobis2 = prediction.mahalanobis2(match.model_from_data);
@@ -132,28 +139,18 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
   const double most_turn_rad = prediction.from_odometry
                                    ? std::clamp(4 * prediction.sigma_rad(), 0.3, std::numbers::pi)
                                    : std::numbers::pi;
+  const IcpPrior prior = prior_of(prediction);
+  const IcpPrior* const used = config_.use_motion_prior && prediction.from_odometry ? &prior : nullptr;
   std::array<Start, StartSearch::most_starts> room;
   room[0].model_from_data = prediction.last_from_next;
   const std::uint32_t found =
       1 + start_search_.find(model, {&data, 1}, prediction.last_from_next, map_from_last.rotation,
                              static_cast<float>(most_turn_rad), config_.start_search,
                              std::span(room).subspan(1));
-  IcpConfig quick = config;
-  quick.maximum_iterations = 15;
-  quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * config_.start_search.cell_m);
-  const IcpPrior prior = prior_of(prediction);
-  const IcpPrior* const used = config_.use_motion_prior && prediction.from_odometry ? &prior : nullptr;
-  // Where an odometry holds the match, another place has to be clearly better than the one it points to.
-  const double gain = prediction.from_odometry ? 0.15 * usual_fit_.fit() : 0.03;
+  const double gain = prediction.from_odometry ? config_.start_search.gain_against_odometry * usual_fit_.fit()
+                                               : config_.start_search.gain;
   IcpResult best = match;
-  bool is_better = false;
-  for (const Start& start : std::span(room).first(found)) {
-    const IcpResult tried = icp_.match(model, {&data, 1}, start.model_from_data, quick, used);
-    const bool is_worse = tried.balanced_fit < best.balanced_fit + (is_better ? 0 : gain);
-    if (tried.verdict == IcpVerdict::too_few_correspondences || is_worse) continue;
-    best = tried;
-    is_better = true;
-  }
+  bool is_better = try_starts(model, data, std::span(room).first(found), gain, config, used, best);
   if (is_better) {
     IcpConfig full = config;
     full.maximum_iterations = 2 * config.maximum_iterations;
@@ -167,6 +164,27 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
     is_better = true;
   }
   if (is_better) match = best;
+  return is_better;
+}
+
+// A short match from each start. True: the one that fits best fits better than `best`, by at least `gain`,
+// and replaces it.
+bool Mapper::try_starts(std::span<const IcpScan> model, const IcpScan& data, std::span<const Start> starts,
+                        double gain, const IcpConfig& config, const IcpPrior* prior, IcpResult& best) {
+  constexpr float reach_cells = 2.5F;  // a start is off by no more
+  IcpConfig quick = config;
+  quick.maximum_iterations = config_.start_search.iterations;
+  quick.first_distance_limit_m =
+      std::max(config.last_distance_limit_m, reach_cells * config_.start_search.cell_m);
+  double least_fit = best.balanced_fit + gain;
+  bool is_better = false;
+  for (const Start& start : starts) {
+    const IcpResult tried = icp_.match(model, {&data, 1}, start.model_from_data, quick, prior);
+    if (tried.verdict == IcpVerdict::too_few_correspondences || tried.balanced_fit < least_fit) continue;
+    best = tried;
+    least_fit = tried.balanced_fit;
+    is_better = true;
+  }
   return is_better;
 }
 

@@ -80,6 +80,10 @@ ScanTable scan_table(const MapRun& run) {
     row.step = word(run.mapper().step_verdict(static_cast<std::uint32_t>(table.rows.size())));
     row.doubt = word(scan.doubt);
     row.fit = scan.fit;
+    row.surfaces = scan.surfaces;
+    row.held = {static_cast<double>(scan.held.x),     static_cast<double>(scan.held.y),
+                static_cast<double>(scan.held.z),     static_cast<double>(scan.held.roll),
+                static_cast<double>(scan.held.pitch), static_cast<double>(scan.held.yaw)};
     const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
     row.stage_ms = {ms(scan.times.reduce_ns), ms(scan.times.store_ns),      ms(scan.times.match_ns),
                     ms(scan.times.detect_ns), ms(scan.times.loop_match_ns), ms(scan.times.loop_share_ns)};

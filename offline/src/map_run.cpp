@@ -100,7 +100,8 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
       coarsest_cell_m_ = std::max(coarsest_cell_m_, metres(report.points.cell_size_m));
       mapped_.push_back({index, report.times, report.points.kept, metres(report.points.cell_size_m),
                          status == Status::no_voxel_capacity, report.iterations, report.correspondences,
-                         report.overlap, report.rms_m, report.is_predicted, report.doubt, report.fit});
+                         report.overlap, report.rms_m, report.is_predicted, report.doubt, report.fit,
+                         report.surfaces, report.held});
       remember_loops();
       break;
     case Status::no_scan_capacity:

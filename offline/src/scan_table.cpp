@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -18,11 +19,27 @@ namespace {
 
 constexpr std::size_t leading_columns = 8;
 constexpr std::size_t step_columns = 2;  // words
+constexpr std::size_t held_columns = 1 + direction_names.size();
 
-/// Maps of before steps were judged have no step, doubt and fit.
-std::string header(bool has_steps) {
+// What a table has beside the columns that all have: tables of before steps were judged, or of before
+// directions were measured, go on being read.
+struct Form {
+  bool has_steps = true;
+  bool has_held = true;
+  [[nodiscard]] std::size_t columns() const {
+    return leading_columns + (has_steps ? step_columns + 1 : 0) + (has_held ? held_columns : 0) +
+           stage_names.size();
+  }
+};
+constexpr std::array<Form, 3> forms = {Form{true, true}, Form{true, false}, Form{false, false}};
+
+std::string header(const Form& form) {
   std::string line = "scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted";
-  if (has_steps) line += ",step,doubt,fit";
+  if (form.has_steps) line += ",step,doubt,fit";
+  if (form.has_held) {
+    line += ",surfaces";
+    for (const char* name : direction_names) line += fmt::format(",held_{}", name);
+  }
   for (const char* name : stage_names) line += fmt::format(",{}_ms", name);
   return line;
 }
@@ -38,12 +55,14 @@ Integer whole(const std::filesystem::path& file, std::size_t line, double value)
 
 void write_scan_table(const std::filesystem::path& file, const ScanTable& table) {
   OutputFile output(file);
-  output.write(header(true) + "\n");
+  output.write(header(forms[0]) + "\n");
   for (const ScanRow& row : table.rows) {
     const std::string stamp = table.has_time ? fmt::format("{:.9f}", row.stamp_s) : "";
     std::string line = fmt::format("{},{},{},{},{},{:.6g},{:.6g},{},{},{},{:.6g}", row.scan, stamp,
                                    row.points, row.iterations, row.correspondences, row.overlap, row.rms_m,
                                    row.is_predicted ? 1 : 0, row.step, row.doubt, row.fit);
+    line += fmt::format(",{}", row.surfaces);
+    for (const double share : row.held) line += fmt::format(",{:.4g}", share);
     for (const double ms : row.stage_ms) line += fmt::format(",{:.6g}", ms);
     output.write(line + "\n");
   }
@@ -55,7 +74,7 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
   read_file(file, bytes);
   ScanTable table;
   std::size_t line_number = 0;
-  bool has_steps = true;
+  Form form;
   std::vector<double> numbers;
   std::vector<std::string> words;
   for (std::size_t begin = 0; begin < bytes.size();) {
@@ -64,9 +83,12 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
     begin = end + 1;
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (++line_number == 1) {
-      has_steps = line != header(false);
-      if (has_steps && line != header(true))
+      const auto* const known =
+          std::ranges::find_if(forms, [&line](const Form& one) { return header(one) == line; });
+      if (known == forms.end())
         throw InputError(file, 1, "is not the header that alces writes; map the scans again");
+      form = *known;
+      table.has_held = form.has_held;
       continue;
     }
     numbers.clear();
@@ -75,7 +97,7 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
       const std::size_t field_end = std::min(line.find(',', field), line.size());
       const std::string text = line.substr(field, field_end - field);
       field = field_end + 1;
-      if (has_steps && numbers.size() == leading_columns && words.size() < step_columns) {
+      if (form.has_steps && numbers.size() == leading_columns && words.size() < step_columns) {
         words.push_back(text);
         continue;
       }
@@ -88,12 +110,10 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
         throw InputError(file, line_number, fmt::format("\"{}\" is no number; map the scans again", text));
       numbers.push_back(value);
     }
-    const std::size_t first_stage = leading_columns + (has_steps ? 1 : 0);
-    const std::size_t expected = first_stage + stage_names.size() + (has_steps ? step_columns : 0);
-    if (numbers.size() + words.size() != expected)
+    if (numbers.size() + words.size() != form.columns())
       throw InputError(file, line_number,
                        fmt::format("has {} columns where {} are expected; map the scans again",
-                                   numbers.size() + words.size(), expected));
+                                   numbers.size() + words.size(), form.columns()));
     ScanRow row;
     row.scan = whole<std::uint64_t>(file, line_number, numbers[0]);
     row.stamp_s = numbers[1];
@@ -103,12 +123,17 @@ ScanTable read_scan_table(const std::filesystem::path& file) {
     row.overlap = numbers[5];
     row.rms_m = numbers[6];
     row.is_predicted = numbers[7] != 0;
-    if (has_steps) {
+    std::size_t next = leading_columns;
+    if (form.has_steps) {
       row.step = words[0];
       row.doubt = words[1];
-      row.fit = numbers[leading_columns];
+      row.fit = numbers[next++];
     }
-    for (std::size_t i = 0; i < stage_names.size(); ++i) row.stage_ms.at(i) = numbers[first_stage + i];
+    if (form.has_held) {
+      row.surfaces = whole<std::uint32_t>(file, line_number, numbers[next++]);
+      for (double& share : row.held) share = numbers[next++];
+    }
+    for (double& ms : row.stage_ms) ms = numbers[next++];
     table.rows.push_back(row);
   }
   if (line_number == 0) throw InputError(file, "is empty; map the scans again");

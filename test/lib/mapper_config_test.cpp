@@ -65,6 +65,8 @@ TEST_CASE("the two front ends' settings, and settings at the ends of their range
           c.scan_match.rough_weight = c.scan_match.degenerate_ratio = 0;
           c.loop_search.shift_steps = 0;
           c.start_search.reach_m = c.pair_reach = 0;
+          c.start_search.gain = c.start_search.gain_against_odometry = 0;
+          c.start_search.iterations = 1;
           c.detector.minimum_gap_m = 0;
           c.step_belief = {0, 0, 0, 0, 0};
           c.loop_search.sure_overlap = c.loop_search.shift_gain = 0;
@@ -196,6 +198,9 @@ TEST_CASE(
   check_refused(start, &StartSearchConfig::cell_m, {not_a_number, inf, -inf, 0, -1, 0.01});
   check_refused(start, &StartSearchConfig::reach_m, {not_a_number, inf, -inf, -1, 61});
   check_refused(start, &StartSearchConfig::turn_step_rad, {not_a_number, inf, -inf, 0, -0.1, 0.01});
+  check_refused(start, &StartSearchConfig::gain, {not_a_number, inf, -inf, -0.1, 1.1});
+  check_refused(start, &StartSearchConfig::gain_against_odometry, {not_a_number, inf, -inf, -0.1, 1.1});
+  check_refused(start, &StartSearchConfig::iterations, {0});
 
   const auto uncertainty = [](MapperConfig& c) -> IcpUncertainty& { return c.scan_match.uncertainty; };
   check_refused(uncertainty, &IcpUncertainty::noise, {not_a_number, inf, -inf, -1});

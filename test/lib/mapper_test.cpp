@@ -515,3 +515,47 @@ TEST_CASE("what comes back from a scan is what went in, reduced") {
   CHECK(mapper->graph().edges()[0].variance.x_m2 > 0);
   CHECK(distance_rad(mapper->graph().poses()[1], drive.truth[1]) < 0.5 * deg);
 }
+
+TEST_CASE("a mapper stores with each scan the signature of its points") {
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
+  drive_through(*mapper.mapper, drive, 4);
+  std::vector<Point> points(small_config().voxel.cell_capacity);
+  for (std::uint32_t scan = 0; scan < 4; ++scan) {
+    std::uint32_t count = 0;
+    REQUIRE(mapper->read_scan(scan, points, count) == Status::ok);
+    const ScanSignature of_points = ScanSignature::of(std::span(points).first(count));
+    std::span<const std::byte> record;
+    REQUIRE(mapper->read_record(scan, record) == Status::ok);
+    StoredScanView view;
+    REQUIRE(StoredScanView::parse(record, view) == StoredScanFault::none);
+    ScanSignature stored;
+    REQUIRE(stored.read(view.signature(), view.signature_version()));
+    CHECK(stored.likeness(of_points) > 0.98F);  // points are stored rounded, to a millimetre or two
+  }
+}
+
+TEST_CASE("a step says how many samples have a surface, and how well it holds each direction") {
+  const BlockDrive& drive = round_the_block();
+  MapperBench mapper(small_config());
+  ScanReport report;
+  REQUIRE(mapper->add_scan(drive.scans[0], &drive.odometry[0], report) == Status::ok);
+  CHECK(report.held.weakest() == 0);  // matched to nothing
+  REQUIRE(mapper->add_scan(drive.scans[1], &drive.odometry[1], report) == Status::ok);
+  CHECK(report.samples > 100);
+  CHECK(report.surfaces > report.samples / 2);
+  CHECK(report.surfaces <= report.samples);
+  CHECK(report.held.weakest() > 0.001F);
+  CHECK(report.held.x + report.held.y + report.held.z <= 1.01F);
+  // A plane and nothing else: place and heading are not held.
+  std::vector<Point> ground;
+  for (int x = -30; x < 30; ++x)
+    for (int y = -30; y < 30; ++y)
+      ground.push_back({0.5F * static_cast<float>(x), 0.5F * static_cast<float>(y), -1.5F});
+  MapperBench field(small_config());
+  REQUIRE(field->add_scan(ground, &drive.odometry[0], report) == Status::ok);
+  REQUIRE(field->add_scan(ground, &drive.odometry[0], report) == Status::ok);
+  CAPTURE(report.held.x, report.held.y, report.held.z, report.held.roll, report.held.pitch, report.held.yaw);
+  CHECK(report.held.z > 0.3F);
+  CHECK(std::max({report.held.x, report.held.y, report.held.yaw}) < 0.01F);
+}

@@ -1,12 +1,14 @@
 #include "alces/scan_store.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
 
+#include "alces/scan_signature.h"
 #include "support/in_block.h"
 #include "support/memory_archive.h"
 #include "support/plain_scene.h"
@@ -318,5 +320,37 @@ TEST_CASE("one point, and points on a plane or a line, are stored as they are") 
   for (const Point& p : load(*store, 1).points) {
     CHECK(p.y == 2);
     CHECK(p.z == 3);
+  }
+}
+
+TEST_CASE(
+    "a record has the signature that its scan was stored with, wherever it lies, and none where there was "
+    "none") {
+  const auto all = scans(6);
+  ScanStoreConfig config = config_with(30000, 2);
+  config.channels.signature_bytes = ScanSignature::stored_bytes;
+  InBlock<ScanStore> store(config);
+  MemoryArchive archive;
+  store->set_archive(&archive);
+  const auto is_signed = [](std::uint32_t scan) { return scan != 3; };
+  for (std::uint32_t i = 0; i < all.size(); ++i) {
+    std::array<std::byte, ScanSignature::stored_bytes> bytes;
+    ScanSignature::of(all[i]).write(bytes);
+    ScanChannels channels;
+    if (is_signed(i)) channels.signature = bytes;
+    channels.signature_version = ScanSignature::version;
+    REQUIRE(store->add(all[i], 0.1F, channels) == Status::ok);
+  }
+  REQUIRE(store->counters().archived_scans > 0);
+  REQUIRE(store->counters().archived_scans < all.size());
+  for (std::uint32_t i = 0; i < all.size(); ++i) {
+    CAPTURE(i);
+    std::span<const std::byte> record;
+    REQUIRE(store->read_record(i, record) == Status::ok);
+    StoredScanView view;
+    REQUIRE(StoredScanView::parse(record, view) == StoredScanFault::none);
+    ScanSignature signature;
+    CHECK(signature.read(view.signature(), view.signature_version()) == is_signed(i));
+    CHECK(signature.likeness(ScanSignature::of(all[i])) == (is_signed(i) ? 1.0F : 0.0F));
   }
 }

@@ -136,6 +136,22 @@ TEST_CASE("a table of scans from before steps were judged is read, without them"
   CHECK(table.rows[0].stage_ms[5] == 6);
 }
 
+TEST_CASE("a table of scans from before directions were measured is read, without them") {
+  const TemporaryFolder folder;
+  const std::string old_header =
+      "scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted,step,doubt,fit,reduce_ms,"
+      "store_ms,match_ms,detect_ms,loop_match_ms,loop_share_out_ms\n";
+  folder.write("scans.csv", old_header + "7,,10,5,9,0.5,0.02,1,found,fit,0.25,1,2,3,4,5,6\n");
+  const ScanTable table = read_scan_table(folder / "scans.csv");
+  REQUIRE(table.rows.size() == 1);
+  CHECK_FALSE(table.has_held);
+  CHECK(table.rows[0].step == "found");
+  CHECK(table.rows[0].fit == 0.25);
+  CHECK(table.rows[0].surfaces == 0);
+  CHECK(table.rows[0].stage_ms[0] == 1);
+  CHECK(table.rows[0].stage_ms[5] == 6);
+}
+
 TEST_CASE("the verdict's line names reason, parts and scans, and says nothing where there is no verdict") {
   CHECK(verdict_line(judged("doubtful", "its steps are off")) ==
         "verdict: doubtful: its steps are off; look at scans 12, 302, 310");

@@ -250,6 +250,8 @@ TEST_CASE("scans.csv is read as it was written") {
   table.rows.push_back(
       {7, 103.5, 11503, 6, 1492, 0.971354, 0.0132808, true, {6.04, 15.582, 0.001224, 0.5, 12, 0.25}});
   table.rows.push_back({8, 104.7, 11488, 9, 1400, 0.9, 0.02, false, {1, 2, 3, 4, 5, 6}});
+  table.rows[1].surfaces = 1207;
+  table.rows[1].held = {0.02, 0.25, 0.5, 0.125, 0.375, 0.0625};
   write_scan_table(folder / "scans.csv", table);
   const ScanTable read = read_scan_table(folder / "scans.csv");
   REQUIRE(read.rows.size() == 2);
@@ -259,6 +261,10 @@ TEST_CASE("scans.csv is read as it was written") {
   CHECK(read.rows[0].is_predicted);
   CHECK(read.rows[0].rms_m == Approx(0.0132808));
   CHECK(read.rows[1].stage_ms == table.rows[1].stage_ms);
+  CHECK(read.has_held);
+  CHECK(read.rows[0].surfaces == 0);
+  CHECK(read.rows[1].surfaces == 1207);
+  CHECK(read.rows[1].held == table.rows[1].held);
   table.has_time = false;
   write_scan_table(folder / "scans.csv", table);
   CHECK_FALSE(read_scan_table(folder / "scans.csv").has_time);

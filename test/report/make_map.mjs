@@ -37,8 +37,8 @@ export function makeMap(folder) {
   writeFileSync(join(folder, 'trajectory_without_loops.tum'), rows.map((i) => tum(i, i / scans)).join(''))
   writeFileSync(
     join(folder, 'scans.csv'),
-    'scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted,step,doubt,fit,reduce_ms,store_ms,match_ms,detect_ms,loop_match_ms,loop_share_out_ms\n' +
-      rows.map((i) => `${i + 1},${(100 + 1.2 * i).toFixed(3)},${pointsAScan},${5 + (i % 4)},900,0.9,${0.01 + 0.001 * (i % 7)},0,${i === 0 ? 'first' : 'believed'},none,0.8,1.5,9,${3 + (i % 5)},0.01,${i % 20 === 19 ? 12 : 0},${i % 20 === 19 ? 0.2 : 0}`).join('\n') + '\n',
+    'scan,stamp_s,points,iterations,correspondences,overlap,rms_m,is_predicted,step,doubt,fit,surfaces,held_x,held_y,held_z,held_roll,held_pitch,held_yaw,reduce_ms,store_ms,match_ms,detect_ms,loop_match_ms,loop_share_out_ms\n' +
+      rows.map((i) => `${i + 1},${(100 + 1.2 * i).toFixed(3)},${pointsAScan},${5 + (i % 4)},900,0.9,${0.01 + 0.001 * (i % 7)},0,${i === 0 ? 'first' : 'believed'},none,0.8,1300,${0.02 + 0.001 * (i % 9)},0.2,0.4,0.3,0.2,0.1,1.5,9,${3 + (i % 5)},0.01,${i % 20 === 19 ? 12 : 0},${i % 20 === 19 ? 0.2 : 0}`).join('\n') + '\n',
   )
   const run = {
     program: { name: 'alces', version: '0', command_line: ['alces', 'replay', '</script><b>drive</b>.mcap'] },

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "alces/arena.h"
+#include "alces/held_directions.h"
 #include "alces/icp.h"
 #include "alces/loop_detector.h"
 #include "alces/loop_relaxation.h"
@@ -21,6 +22,7 @@
 #include "alces/pose.h"
 #include "alces/pose_graph.h"
 #include "alces/scan_archive.h"
+#include "alces/scan_signature.h"
 #include "alces/scan_store.h"
 #include "alces/start_search.h"
 #include "alces/status.h"
@@ -58,7 +60,7 @@ struct BeliefConfig {
 struct LoopSearchConfig {
   double sure_overlap = 0.6;      ///< from here on no other start is tried ...
   double sure_fit_share = 0.8;    ///< ... if the surfaces fit so well, too, as a share of what is usual
-  std::uint32_t iterations = 12;  ///< of each such start
+  std::uint32_t iterations = 12;  ///< of each shifted start; searched ones: StartSearchConfig
   double shift_step_m = 0.1;
   std::uint32_t shift_steps = 40;  ///< to each side, at most Icp::maximum_shift_steps; 0: the paper
   double shift_gain = 0.005;       ///< of the fit, by which a shift has to better it
@@ -165,6 +167,9 @@ struct ScanReport {
   double overlap = 0;
   double fit = 0;
   double rms_m = 0;
+  std::uint32_t samples = 0;   ///< of the scan's surface ...
+  std::uint32_t surfaces = 0;  ///< ... and how many of them have a plane
+  HeldDirections held;         ///< by that match alone: what odometry holds is not in it
   StepVerdict step = StepVerdict::first;
   StepDoubt doubt = StepDoubt::none;  ///< of the last match that was tried
   double motion_mahalanobis2 = 0;     ///< of that match, against the prediction
@@ -186,6 +191,9 @@ class StageClock {
 
 class Mapper {
  public:
+  /// What its stored scans hold beside points and samples.
+  static constexpr ChannelCapacity stored_channels{false, false, ScanSignature::stored_bytes};
+
   /// Bytes that create() needs for this configuration; constexpr, so that it can size a static array.
   [[nodiscard]] static constexpr std::size_t memory_required(const MapperConfig& config);
 
@@ -283,6 +291,11 @@ class Mapper {
     StepVerdict verdict = StepVerdict::first;
     std::uint8_t fit_percent = 100;  // of what is usual, at most 255
   };
+  [[nodiscard]] Status refuse(Status status);
+  [[nodiscard]] Status predict(const Pose* odometry_from_body, MotionPrior::Prediction& prediction) const;
+  [[nodiscard]] Status reduce(std::span<const Point> points, ScanReport& report);
+  [[nodiscard]] Status store(ScanReport& report);
+  void place(const MotionPrior::Prediction& prediction, const Pose* odometry_from_body, ScanReport& report);
   [[nodiscard]] Step match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
                                 ScanReport& report);
   [[nodiscard]] IcpConfig step_config(const MotionPrior::Prediction& prediction,
@@ -290,6 +303,9 @@ class Mapper {
   [[nodiscard]] bool search_step(std::span<const IcpScan> model, const IcpScan& data,
                                  const Pose& map_from_last, const MotionPrior::Prediction& prediction,
                                  const IcpConfig& config, IcpResult& match);
+  [[nodiscard]] bool try_starts(std::span<const IcpScan> model, const IcpScan& data,
+                                std::span<const Start> starts, double gain, const IcpConfig& config,
+                                const IcpPrior* prior, IcpResult& best);
   [[nodiscard]] bool search_against_odometry(std::span<const IcpScan> model, const IcpScan& data,
                                              const Pose& map_from_last, const ScanSpacing& spacing,
                                              const IcpConfig& config, IcpResult& match, StepDoubt& doubt);
@@ -382,12 +398,8 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
     : config_(config),
       voxel_grid_(arena, config.voxel),
       reduced_(arena.allocate<Point>(config.voxel.cell_capacity)),
-      store_(arena, {config.scan_capacity,
-                     config.voxel.cell_capacity,
-                     config.pool_bytes,
-                     config.cache_slots,
-                     config.surface,
-                     {}}),
+      store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
+                     config.surface, stored_channels}),
       icp_(arena, config.correspondence_capacity),
       start_search_(arena),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),

@@ -22,6 +22,14 @@ struct StartSearchConfig {
   float reach_m = 12;          ///< shifts to each side
   float turn_step_rad = 0.1F;  ///< about the upright
   float cell_m = 1.0F;         ///< also the step between shifts
+  /// Of a match from each start, which then is within ICP's reach or never will be; the best is matched in
+  /// full.
+  std::uint32_t iterations = 15;
+  /// By which a match from another start has to fit better (IcpResult::balanced_fit): less is chance.
+  double gain = 0.03;
+  /// The same as a share of the usual fit, where an odometry points to the first start: another place has to
+  /// be clearly better than that one.
+  double gain_against_odometry = 0.15;
 };
 
 /// A place to start a match from.

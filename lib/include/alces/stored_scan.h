@@ -21,7 +21,7 @@
 //   kind 2  time       8 + 2 n bytes: earliest time and step, float, s; then 16 bits a point: time = earliest
 //   +
 //                      step * code, relative to the scan's reference time
-//   kind 3  signature  1 to 1024 bytes; its own version is the block's
+//   kind 3  signature  1 to 1024 bytes; its own version is the block's (scan_signature.h: 1, 512 bytes)
 //   kind 4  seen_from  12 bytes: position of the sensor in the body frame, x y z, float, m; absent: the
 //   origin
 //

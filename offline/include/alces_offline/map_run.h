@@ -49,6 +49,8 @@ struct MappedScan {
   bool is_predicted = false;
   StepDoubt doubt = StepDoubt::none;  ///< of the last match that was tried
   double fit = 0;                     ///< of that match, 0 to 1
+  std::uint32_t surfaces = 0;         ///< samples that have a plane
+  HeldDirections held;                ///< by that match
 };
 
 /// A scan that the mapper would not take, and why.

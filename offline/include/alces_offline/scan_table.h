@@ -14,6 +14,9 @@ namespace alces::offline {
 inline constexpr std::array<const char*, 6> stage_names = {"reduce", "store",      "match",
                                                            "detect", "loop_match", "loop_share_out"};
 
+/// Of the new scan's body frame, in the order of HeldDirections.
+inline constexpr std::array<const char*, 6> direction_names = {"x", "y", "z", "roll", "pitch", "yaw"};
+
 struct ScanRow {
   std::uint64_t scan = 0;  ///< the number that map.ply and frames/ know it by
   double stamp_s = 0;      ///< 0 where no time is known
@@ -24,13 +27,16 @@ struct ScanRow {
   double rms_m = 0;    ///< of the residuals of these
   bool is_predicted = false;
   std::array<double, stage_names.size()> stage_ms{};
-  std::string step = {};   ///< how the scan was placed: a word of StepVerdict's; empty: not known
-  std::string doubt = {};  ///< why its last match is not believed: a word of StepDoubt's
-  double fit = 0;          ///< share of the samples that lie on the other side's surfaces
+  std::string step = {};       ///< how the scan was placed: a word of StepVerdict's; empty: not known
+  std::string doubt = {};      ///< why its last match is not believed: a word of StepDoubt's
+  double fit = 0;              ///< share of the samples that lie on the other side's surfaces
+  std::uint32_t surfaces = 0;  ///< samples that have a plane
+  std::array<double, direction_names.size()> held{};  ///< how well the match holds each direction, 0 to 1
 };
 
 struct ScanTable {
   bool has_time = false;
+  bool has_held = false;      ///< false: of a map made before directions were measured
   std::vector<ScanRow> rows;  ///< in the order of trajectory.tum
 };
 

@@ -125,6 +125,16 @@ export function remakePlots(forPrint: boolean) {
   for (const entry of plots) remake(entry)
 }
 
+/** The direction that is held least in most of the scans, the first one aside: it is matched to nothing. */
+function weakestMostOften(names: string[], held: Float32Array[]): string {
+  const times = names.map(() => 0)
+  for (let i = 1; i < held[0].length; ++i) {
+    const shares = held.map((column) => column[i])
+    ++times[shares.indexOf(Math.min(...shares))]
+  }
+  return names[times.indexOf(Math.max(...times))]
+}
+
 export function addScanPlots(report: Report, scans: Scans, onScan: (scan: number | null) => void) {
   const parent = byId('scan-plots')
   const x = Array.from({ length: scans.count }, (_, i) => scans.number(i))
@@ -149,6 +159,19 @@ export function addScanPlots(report: Report, scans: Scans, onScan: (scan: number
       note: 'share of a scan\u2019s samples that found a partner in the scans before it',
       curves: [{ name: 'overlap', color: 'curve-2', values: scans.column('overlap')!.map((value) => 100 * value) }],
     })
+    const directions = ['x', 'y', 'z', 'roll', 'pitch', 'yaw']
+    const held = directions.flatMap((name) => scans.column(`held_${name}`) ?? [])
+    if (held.length === directions.length) {
+      // The first scan is matched to nothing: shown as the second one.
+      const weakest = Float32Array.from(rms, (_, i) => 100 * Math.min(...held.map((column) => column[i === 0 && rms.length > 1 ? 1 : i])))
+      addPlot(parent, {
+        ...common,
+        title: 'Weakest direction',
+        unit: '%',
+        note: `how well the match holds it; the weakest most often: ${weakestMostOften(directions, held)}`,
+        curves: [{ name: 'held', color: 'curve-3', values: weakest }],
+      })
+    }
     const stage = (name: string) => scans.column(name)!
     const parts = ['reduce_ms', 'store_ms', 'match_ms', 'loop_match_ms', 'loop_share_out_ms'].map(stage)
     // Stacked: each curve is the sum up to it, the widest painted first.

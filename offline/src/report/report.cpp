@@ -119,6 +119,13 @@ Columns scan_columns(const ReportMap& map) {
   columns.add("overlap", rows, [](const ScanRow& row) { return row.overlap; });
   columns.add("rms_m", rows, [](const ScanRow& row) { return row.rms_m; });
   columns.add("is_predicted", rows, [](const ScanRow& row) { return row.is_predicted ? 1 : 0; });
+  if (map.scans->has_held) {
+    columns.add("surfaces", rows, [](const ScanRow& row) { return row.surfaces; });
+    constexpr std::array<const char*, direction_names.size()> held_names = {
+        "held_x", "held_y", "held_z", "held_roll", "held_pitch", "held_yaw"};
+    for (std::size_t i = 0; i < held_names.size(); ++i)
+      columns.add(held_names.at(i), rows, [i](const ScanRow& row) { return row.held.at(i); });
+  }
   constexpr std::array<const char*, stage_names.size()> names = {
       "reduce_ms", "store_ms", "match_ms", "detect_ms", "loop_match_ms", "loop_share_out_ms"};
   for (std::size_t i = 0; i < names.size(); ++i)

@@ -119,6 +119,10 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("reach_m", config.start_search.reach_m, 0, 60, "of the search, to each side");
   visit.number("turn_step_rad", config.start_search.turn_step_rad, 0.025, 3.2, "between the turns it tries");
   visit.number("cell_m", config.start_search.cell_m, 0.05, 100, "of its grid, and between its shifts");
+  visit.number("start_iterations", config.start_search.iterations, 1, 10000, "of a match from each start");
+  visit.number("start_gain", config.start_search.gain, 0, 1, "of the fit: less is chance");
+  visit.number("start_gain_against_odometry", config.start_search.gain_against_odometry, 0, 1,
+               "the same as a share of the usual fit");
 
   visit.table("edge_uncertainty", "What a match is believed to know.");
   visit.flag("label_with_appendix_a", config.label_with_appendix_a,
