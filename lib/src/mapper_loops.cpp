@@ -121,6 +121,7 @@ IcpResult Mapper::match_searched(std::span<const IcpScan> model, std::span<const
   // They are tried with scan l alone and few iterations; the best of them is matched in full.
   IcpConfig quick = config;
   quick.maximum_iterations = config_.loop_search.iterations;
+  quick.finish_iterations = 0;
   quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * around.cell_m);
   const IcpPrior* const used = config_.use_motion_prior ? &prior : nullptr;
   IcpResult best = icp_.match(model, data.last(1), straight.model_from_data, quick, used);
@@ -153,6 +154,7 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
   near.first_distance_limit_m = std::max(near.last_distance_limit_m, near_m);
   IcpConfig quick = near;
   quick.maximum_iterations = search.iterations;
+  quick.finish_iterations = 0;
   IcpConfig where_it_is = config;
   where_it_is.first_distance_limit_m = where_it_is.last_distance_limit_m;
   where_it_is.maximum_iterations = 1;

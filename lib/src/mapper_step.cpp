@@ -141,6 +141,7 @@ bool Mapper::search_step(std::span<const IcpScan> model, const IcpScan& data, co
                              std::span(room).subspan(1));
   IcpConfig quick = config;
   quick.maximum_iterations = 15;
+  quick.finish_iterations = 0;
   quick.first_distance_limit_m = std::max(config.last_distance_limit_m, 2.5F * config_.start_search.cell_m);
   const IcpPrior prior = prior_of(prediction);
   const IcpPrior* const used = config_.use_motion_prior && prediction.from_odometry ? &prior : nullptr;
