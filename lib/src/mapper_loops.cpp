@@ -149,6 +149,7 @@ IcpResult Mapper::match_shifted(std::span<const IcpScan> model, std::span<const 
   near.first_distance_limit_m = std::max(near.last_distance_limit_m, near_m);
   IcpConfig quick = near;
   quick.maximum_iterations = search.iterations;
+  quick.finish_iterations = 0;
   IcpConfig where_it_is = config;
   where_it_is.first_distance_limit_m = where_it_is.last_distance_limit_m;
   where_it_is.maximum_iterations = 1;

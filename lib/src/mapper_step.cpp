@@ -174,6 +174,7 @@ bool Mapper::try_starts(std::span<const IcpScan> model, const IcpScan& data, std
   constexpr float reach_cells = 2.5F;  // a start is off by no more
   IcpConfig quick = config;
   quick.maximum_iterations = config_.start_search.iterations;
+  quick.finish_iterations = 0;
   quick.first_distance_limit_m =
       std::max(config.last_distance_limit_m, reach_cells * config_.start_search.cell_m);
   double least_fit = best.balanced_fit + gain;

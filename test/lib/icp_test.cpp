@@ -549,6 +549,48 @@ TEST_CASE("asked both ways, a match and the same with its sides exchanged are ea
   CHECK(one_m > 3 * both_m);
 }
 
+TEST_CASE("a match that has converged is finished with what lies near its surfaces, and nowhere that is open") {
+  // Of the things on the ground each scanner sees the side towards it: they pull the ground's samples up in
+  // front of it.
+  Scene cluttered = room();
+  for (int i = 0; i < 40; ++i) {
+    const double x_m = -4.5 + 0.45 * (i % 20);
+    const double y_m = i < 20 ? -1.5 : 1.5;
+    cluttered.rectangle({x_m, y_m, 0}, {0.1, 0, 0}, {0, 0, 0.12});
+    cluttered.rectangle({x_m, y_m, 0}, {0, 0.1, 0}, {0, 0, 0.12});
+  }
+  IcpConfig config;
+  config.maximum_iterations = 60;
+  double matched_rad = 0;
+  double finished_rad = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Pose from = pose_at(0, 0, 1, 0);
+    const Pose to = pose_at(0.6, 0.1, 1, 4);
+    const Scan model(cluttered.scan(from, 6000, 12, 0.01, seed), 1024);
+    const Scan data(cluttered.scan(to, 6000, 12, 0.01, 50 + seed), 1024);
+    const Pose truth = from.inverse() * to;
+    const auto error_rad = [&](std::uint32_t iterations) {
+      config.finish_iterations = iterations;
+      const IcpResult result = match(model, data, truth, config);
+      CHECK(result.verdict == IcpVerdict::converged);
+      return angle_between_rad(result.model_from_data.rotation, truth.rotation);
+    };
+    matched_rad += error_rad(0) / 8;
+    finished_rad += error_rad(8) / 8;
+  }
+  CAPTURE(matched_rad, finished_rad);
+  CHECK(finished_rad < 0.9 * matched_rad);
+
+  const Scene open = corridor();
+  const Scan model(open.scan(pose_at(0, 0, 1, 0), 4000, 14, 0.01, 1));
+  const Scan data(open.scan(pose_at(0, 0, 1, 0), 4000, 14, 0.01, 2));
+  const auto along_m = [&](std::uint32_t iterations) {
+    config.finish_iterations = iterations;
+    return match(model, data, pose_at(0.3, 0, 0, 0), config).model_from_data.translation_m.x();
+  };
+  CHECK(std::abs(along_m(8) - along_m(0)) < 0.002);
+}
+
 TEST_CASE(
     "the overlap is the data's share, whatever more the model has seen, and whatever share of it was seen "
     "again") {

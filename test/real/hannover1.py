@@ -79,7 +79,7 @@ def test(options, figures):
     check_loops(figures, drive, out, run)
     print("consistency")
     groups = consistency(drive, out, drive.data / "hannover1_revisits.json")
-    for name, bound_cm in (("next", 2.4), ("five apart", 6.6), ("revisits", 6.0)):
+    for name, bound_cm in (("next", 2.2), ("five apart", 6.3), ("revisits", 6.0)):
         figures.at_most(name, 100 * groups[name]["median_m"], bound_cm, "cm")
     figures.equal("pairs of revisits", groups["revisits"]["pairs"], 298)
     figures.equal("pairs of revisits without overlap", groups["revisits"]["without_overlap"], 0)

@@ -64,6 +64,10 @@ struct IcpConfig {
   /// Half of the samples are the model's, and ask the data: what is paired wrongly where one side sees more
   /// densely than the other pulls both ways then, and does not add up over a drive. Surface metric only.
   bool both_ways = true;
+  /// Surface metric: what has converged goes on for at most so many iterations with all samples of the data,
+  /// robust weights of this factor, and along directions that are well held only. 0: it does not.
+  std::uint32_t finish_iterations = 0;
+  float finish_robust_factor = 2.0F;
 };
 
 /// What is known of a match before it is made: of odometry, or of the map so far. It holds the match along
@@ -186,6 +190,9 @@ class Icp {
   };
   static void find_nearest(Sample& point, std::uint32_t scan, const KdTree& tree, const Point& place,
                            float limit_m);
+
+  void finish(std::span<const IcpScan> model, std::span<const IcpScan> data, const IcpConfig& config,
+              const IcpPrior* prior, IcpResult& result);
 
   /// Samples spread evenly over those of the scans, as many as there is room for.
   static std::span<Sample> gather(std::span<const IcpScan> scans, std::span<Sample> room);

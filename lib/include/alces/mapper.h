@@ -80,7 +80,10 @@ struct MapperConfig {
 
   /// Residuals that count little begin early, and pairs are near: what is paired wrongly on the ground is a
   /// wall's foot or a car, always above it, and would pitch every step a little upward.
-  IcpConfig scan_match{.last_distance_limit_m = 0.5F, .robust_factor = 2.5F, .robust_scale_m = 0.02F};
+  IcpConfig scan_match{.last_distance_limit_m = 0.5F,
+                       .robust_factor = 2.5F,
+                       .robust_scale_m = 0.02F,
+                       .finish_iterations = 8};
   float pair_reach = 2;  ///< pairs may be this many times the scan's typical spacing apart, or the last limit
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
   MotionUncertainty motion;
@@ -103,7 +106,8 @@ struct MapperConfig {
                        .first_distance_limit_m = 4,
                        .last_distance_limit_m = 0.5F,
                        .robust_factor = 2.5F,
-                       .robust_scale_m = 0.02F};
+                       .robust_scale_m = 0.02F,
+                       .finish_iterations = 8};
   std::uint32_t scans_around_first = 2;  ///< the start metascan: f - 2 .. f + 2
   std::uint32_t scans_before_last = 2;   ///< the end metascan: l - 2 .. l
   LoopSearchConfig loop_search;

@@ -44,6 +44,9 @@ void visit_icp(Config& icp, Visitor& visit) {
                "smallest over largest curvature below this: a direction is undetermined");
   visit.flag("same_side", icp.same_side, "pair a sample only with what was seen from the same side");
   visit.flag("both_ways", icp.both_ways, "half of the samples are the model's, and ask the data");
+  visit.number("finish_iterations", icp.finish_iterations, 0, 1000,
+               "at most, of a match that has converged, with all samples of the data");
+  visit.number("finish_robust_factor", icp.finish_robust_factor, 0, 1e6, "robust_factor of these");
   visit.number("noise", icp.uncertainty.noise, 0, 1e6, "independent errors, as a share of the residuals'");
   visit.number("pull", icp.uncertainty.pull, 0, 1e6, "errors in common, as a share of the correspondences");
 }
