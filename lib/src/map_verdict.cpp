@@ -1,6 +1,7 @@
 #include "alces/map_verdict.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace alces {
 namespace {
@@ -13,7 +14,9 @@ struct Bounds {
 constexpr Bounds drift_share{0.01, 0.03};    // expected error over the way driven
 constexpr Bounds odometry_share{0.02, 0.2};  // of the steps
 constexpr Bounds searched_share{0.5, 1.1};   // of more than a few steps; by itself never bad
-constexpr double allowed_drift_m = 0.5;      // on however short a way
+// Tyres wear by a few percent, and wheels skid in bends.
+constexpr double odometry_scale_off = 0.1;
+constexpr double allowed_drift_m = 0.5;  // on however short a way
 constexpr std::uint32_t few_steps = 20;
 constexpr std::uint32_t chance = 2;  // revisits, or steps, that mean nothing yet
 
@@ -45,6 +48,8 @@ const char* text(MapDoubt doubt) {
       return "too many steps stand on odometry alone";
     case MapDoubt::odometry_contradicted:
       return "steps were believed against the odometry, and no loop has confirmed them";
+    case MapDoubt::odometry_scale:
+      return "the scans see another way driven than the odometry";
     case MapDoubt::weak_steps:
       return "scans whose surfaces fit badly are held by odometry as much as by their match";
     case MapDoubt::searched:
@@ -82,6 +87,8 @@ void judge_map(MapHealth& health) {
   if (health.on_odometry > chance)
     measure(MapDoubt::odometry_alone, health.on_odometry / steps, odometry_share);
   if (health.against_odometry > 0) find(MapDoubt::odometry_contradicted, MapVerdict::doubtful);
+  if (std::abs(health.odometry_scale - 1) > odometry_scale_off)
+    find(MapDoubt::odometry_scale, MapVerdict::doubtful);
   if (health.weak > 0) find(MapDoubt::weak_steps, MapVerdict::doubtful);
   if (health.found > few_steps) measure(MapDoubt::searched, health.found / steps, searched_share);
 }

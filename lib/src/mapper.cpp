@@ -148,9 +148,10 @@ MapHealth Mapper::health() const {
     const int kind = step.verdict == StepVerdict::apart         ? 2
                      : step.verdict == StepVerdict::on_odometry ? 1
                                                                 : 0;
-    return 1000 * kind + 255 - step.fit_percent;
+    return 1000 * kind + 255 - step.support_percent;
   };
   double sigma_sum_m = 0;
+  health.odometry_scale = motion_[0].scale();
   for (std::uint32_t scan = 0; scan < health.scans; ++scan) {
     sigma_sum_m += std::sqrt(spreads_[scan].translation_m2);
     const StepVerdict verdict = steps_[scan].verdict;
@@ -158,10 +159,10 @@ MapHealth Mapper::health() const {
     if (verdict == StepVerdict::against_odometry) ++health.against_odometry;
     if (verdict == StepVerdict::on_odometry) ++health.on_odometry;
     const bool is_matched = verdict == StepVerdict::believed || verdict == StepVerdict::found;
-    if (is_matched && steps_[scan].fit_percent < 50) ++health.weak;
+    if (is_matched && steps_[scan].support_percent < 45) ++health.weak;
     if (verdict == StepVerdict::apart) ++health.parts;
     const bool is_weak = verdict == StepVerdict::apart || verdict == StepVerdict::on_odometry ||
-                         (scan > 0 && steps_[scan].fit_percent < 70);
+                         (scan > 0 && steps_[scan].support_percent < 60);
     if (!is_weak) continue;
     // Kept sorted, the weakest first.
     std::uint32_t place = health.weakest_count;

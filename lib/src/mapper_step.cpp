@@ -40,6 +40,21 @@ EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior) const 
   return edge_variance(covariance, match.model_from_data, config_.edge_uncertainty);
 }
 
+// Without an odometry the motion within a scan is still in it. Where that is much, surfaces fit less than
+// usual, and the step is off by a share of its own motion.
+void Mapper::widen_for_motion_within(const IcpResult& match, EdgeVariance& variance) const {
+  const double lost = std::clamp(1.0 - match.balanced_fit / usual_fit_.fit(), 0.0, 1.0);
+  constexpr double share =
+      2;  // of the motion, by the square of the fit that is lost: bends of simulated drives
+  const double off2 = share * share * lost * lost * lost * lost;
+  const Pose& step = match.model_from_data;
+  const double axis_m2 = off2 * step.translation_m.squaredNorm() / 3;
+  variance.x_m2 += axis_m2;
+  variance.y_m2 += axis_m2;
+  variance.z_m2 += axis_m2;
+  variance.rotation_rad2 += off2 * log_so3(step.rotation).squaredNorm();
+}
+
 Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
                                 ScanReport& report) {
   const Pose map_from_last = graph_.poses()[n - 1];
@@ -55,8 +70,12 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
   const double usual_fit = usual_fit_.fit();
   bool was_searched = false;
   bool contradicts_odometry = false;
-  if (load_metascan(n - std::min(n, config_.model_scans), n, map_from_last, room, model_count) &&
-      store_.load(n, newest) == Status::ok) {
+  const auto match_to = [&](std::uint32_t first) {
+    if (!load_metascan(first, n, map_from_last, room, model_count) || store_.load(n, newest) != Status::ok) {
+      report.archive_failed = true;
+      ++counters_.archive_failures;
+      return;
+    }
     const std::span<const IcpScan> model = std::span(room).first(model_count);
     const IcpScan data{newest.tree, newest.samples, Pose{}};
     const IcpConfig config = step_config(prediction, newest.spacing);
@@ -73,15 +92,19 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     const double expected_fit = (is_doubted ? 1.0 : a_little) * usual_fit_.fit();
     if (config_.search_steps && prediction.from_odometry &&
         (doubt != StepDoubt::none || match.balanced_fit < expected_fit)) {
-      contradicts_odometry =
-          search_against_odometry(model, data, map_from_last, newest.spacing, config, match, doubt);
+      contradicts_odometry = search_against_odometry(model, data, map_from_last, newest.spacing, prediction,
+                                                     config, match, doubt);
       was_searched = was_searched || contradicts_odometry;
     }
     if (doubt == StepDoubt::none) usual_fit_.learn(match.balanced_fit);
-  } else {
-    report.archive_failed = true;
-    ++counters_.archive_failures;
-  }
+  };
+  // After a break the scans before it show another place, where they lie by chance: they are asked only if
+  // those since then do not know the scan, which one scan in a cloud of steam does not.
+  const std::uint32_t first = n - std::min(n, config_.model_scans);
+  std::uint32_t since_break = n - 1;
+  while (since_break > first && steps_[since_break].verdict != StepVerdict::apart) --since_break;
+  match_to(since_break);
+  if (doubt != StepDoubt::none && since_break > first && !report.archive_failed) match_to(first);
   if (!is_valid(map_from_last * match.model_from_data))
     doubt = StepDoubt::no_match;  // at the edge of what is a place
 
@@ -93,13 +116,15 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
                    : was_searched       ? StepVerdict::found
                                         : StepVerdict::believed;
     step.variance = label(match, contradicts_odometry ? nullptr : used_prior);
+    if (config_.judge_steps && (contradicts_odometry || !prediction.from_odometry))
+      widen_for_motion_within(match, step.variance);
   } else {
     step.verdict = prediction.from_odometry ? StepVerdict::on_odometry : StepVerdict::apart;
     const Pose turn{prediction.last_from_next.rotation, Eigen::Vector3d::Zero()};  // it is of that place
     step.variance =
         edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, turn, config_.edge_uncertainty);
   }
-  step.fit_share = match.balanced_fit / usual_fit;
+  step.support = match.overlap * match.balanced_fit / usual_fit;
   report.match = match.verdict;
   report.iterations = match.iterations;
   report.correspondences = match.correspondences;
@@ -190,21 +215,29 @@ bool Mapper::try_starts(std::span<const IcpScan> model, const IcpScan& data, std
 }
 
 // Wheels spin, and buses freeze: a match that goes on as the vehicle went, fits as well as matches do, and
-// better than the one which the odometry allows, is believed against it. True: so it is, and `match` is that
-// one.
+// better than the one which the odometry allows, is believed against it. Where what the vehicle did last
+// speaks against the odometry, too, less will do. True: so it is, and `match` is that one.
 bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpScan& data,
                                      const Pose& map_from_last, const ScanSpacing& spacing,
-                                     const IcpConfig& config, IcpResult& match, StepDoubt& doubt) {
+                                     const MotionPrior::Prediction& prediction, const IcpConfig& config,
+                                     IcpResult& match, StepDoubt& doubt) {
   constexpr double clearly_worse = 0.85;  // than the free match: how the match that odometry allows fits
+  constexpr double half2 = 0.25;          // squared: of the odometry's distance to constant velocity
   const MotionPrior::Prediction free = motion_[0].as_it_went();
   IcpResult free_match = icp_.match(model, {&data, 1}, free.last_from_next, step_config(free, spacing));
   if (judge_step(free_match, free, usual_fit_.fit(), false, config_.step_belief) != StepDoubt::none)
     (void)search_step(model, data, map_from_last, free, config, free_match);
+  const double off2 = free.mahalanobis2(free_match.model_from_data);
+  const bool odometry_breaks_off =
+      !free.is_blind && off2 <= half2 * free.mahalanobis2(prediction.last_from_next);
+  const StepBelief& belief = config_.step_belief;
+  const double least_share = odometry_breaks_off ? belief.least_fit_share : belief.usual_fit_share;
   const bool is_usual = free_match.verdict == IcpVerdict::converged &&
-                        free_match.balanced_fit >= config_.step_belief.usual_fit_share * usual_fit_.fit();
-  const bool is_smooth =
-      free.mahalanobis2(free_match.model_from_data) <= config_.step_belief.maximum_mahalanobis2;
-  if (!is_usual || !is_smooth || match.balanced_fit > clearly_worse * free_match.balanced_fit) return false;
+                        free_match.balanced_fit >= least_share * usual_fit_.fit();
+  const bool is_smooth = off2 <= belief.maximum_mahalanobis2;
+  const bool is_held_off = doubt == StepDoubt::motion && odometry_breaks_off;
+  const bool is_better = match.balanced_fit <= clearly_worse * free_match.balanced_fit;
+  if (!is_usual || !is_smooth || !(is_better || is_held_off)) return false;
   match = free_match;
   doubt = StepDoubt::none;
   return true;
@@ -212,7 +245,7 @@ bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpSc
 
 void Mapper::add_step(std::uint32_t n, const Step& step) {
   // Certain: there is room for as many vertices as scans and for an edge each, and the poses are valid.
-  steps_[n] = {step.verdict, static_cast<std::uint8_t>(std::clamp(100 * step.fit_share, 0.0, 255.0))};
+  steps_[n] = {step.verdict, static_cast<std::uint8_t>(std::clamp(100 * step.support, 0.0, 255.0))};
   if (n == 0) {
     (void)graph_.add_vertex(Pose{});
     return;

@@ -144,6 +144,7 @@ void MotionPrior::observe(const Prediction& prediction, const Pose& last_from_ne
   has_odometry_step_ = has_pair;
   has_odometry_ = odometry_from_body != nullptr;
   if (has_odometry_) last_odometry_ = *odometry_from_body;
+  if (!is_sure && has_step_) return;  // it goes on as it was last seen to go
   last_step_ = last_from_next;
   has_step_ = true;
 }

@@ -42,6 +42,8 @@ Json health_json(const MapHealth& health, const std::vector<std::size_t>& number
           {"steps_found", health.found},
           {"steps_on_odometry", health.on_odometry},
           {"steps_against_odometry", health.against_odometry},
+          {"steps_weak", health.weak},
+          {"odometry_scale", health.odometry_scale},
           {"loops_closed", health.closed},
           {"revisits", health.revisits},
           {"loops_unmatched", health.unmatched},

@@ -110,6 +110,9 @@ const char* sentence(const MapHealth& health) {
     case MapDoubt::odometry_contradicted:
       return "the map is doubtful until loops confirm the steps that were believed against the odometry; "
              "steps";
+    case MapDoubt::odometry_scale:
+      return "the map is doubtful: the scans see another way driven than the odometry; metres a kilometre of "
+             "odometry";
     case MapDoubt::weak_steps:
       return "the map is doubtful: scans whose surfaces fit badly are held by odometry as much as by their "
              "match; "
@@ -134,6 +137,8 @@ std::uint64_t figure(const MapHealth& health) {
       return health.on_odometry;
     case MapDoubt::odometry_contradicted:
       return health.against_odometry;
+    case MapDoubt::odometry_scale:
+      return static_cast<std::uint64_t>(std::llround(1000 * health.odometry_scale));
     case MapDoubt::weak_steps:
       return health.weak;
     case MapDoubt::searched:

@@ -97,6 +97,25 @@ TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and 
   CHECK(with(10, 0, 100) == MapVerdict::good);  // places that look alike say nothing against the map
 }
 
+TEST_CASE("scans that see a tenth more or less of the way than the odometry make a map doubtful") {
+  const auto with = [](double scale) {
+    return judged([&](MapHealth& health) { health.odometry_scale = scale; });
+  };
+  for (const double scale : {0.91, 1.0, 1.09}) CHECK(with(scale).verdict == MapVerdict::good);
+  for (const double scale : {0.84, 0.89, 1.11, 3.0}) {
+    CHECK(with(scale).verdict == MapVerdict::doubtful);
+    CHECK(with(scale).doubt == MapDoubt::odometry_scale);
+  }
+}
+
+TEST_CASE("a single scan that fits badly makes a map doubtful, and many do not make it bad") {
+  for (const std::uint32_t steps : {1U, 50U}) {
+    const MapHealth health = judged([&](MapHealth& each) { each.weak = steps; });
+    CHECK(health.verdict == MapVerdict::doubtful);
+    CHECK(health.doubt == MapDoubt::weak_steps);
+  }
+}
+
 TEST_CASE(
     "one step against the odometry that no loop confirms makes a map doubtful, and many do not make it bad") {
   for (const std::uint32_t steps : {1U, 50U}) {
@@ -153,10 +172,10 @@ TEST_CASE("no figure that gets worse makes a map better") {
 TEST_CASE("every verdict of a map and every doubt of it has words of its own") {
   std::set<std::string> words = {text(MapVerdict::good), text(MapVerdict::doubtful), text(MapVerdict::bad)};
   CHECK(words.size() == 3);
-  for (const MapDoubt doubt :
-       {MapDoubt::none, MapDoubt::parts, MapDoubt::unmatched_revisits, MapDoubt::drift,
-        MapDoubt::odometry_alone, MapDoubt::odometry_contradicted, MapDoubt::searched}) {
+  for (const MapDoubt doubt : {MapDoubt::none, MapDoubt::parts, MapDoubt::unmatched_revisits, MapDoubt::drift,
+                               MapDoubt::odometry_alone, MapDoubt::odometry_contradicted,
+                               MapDoubt::odometry_scale, MapDoubt::weak_steps, MapDoubt::searched}) {
     words.insert(text(doubt));
   }
-  CHECK(words.size() == 10);
+  CHECK(words.size() == 12);
 }

@@ -157,6 +157,44 @@ TEST_CASE("an odometry that freezes is overruled by matches that go on as the ve
   CHECK(mapper->health().against_odometry == overruled);
 }
 
+TEST_CASE("a drive that breaks once is in two parts, not more") {
+  const Scene here = street();
+  const Scene elsewhere = room();
+  MapperConfig config = small_config();
+  config.close_loops = false;
+  MapperBench mapper(config);
+  for (std::uint64_t i = 0; i < 6; ++i)
+    add(*mapper.mapper, here.scan(pose_at(-3 + 1.5 * static_cast<double>(i), 0, 1, 0), 4000, 15, 0.01, i),
+        nullptr);
+  for (std::uint64_t i = 0; i < 6; ++i)
+    add(*mapper.mapper,
+        elsewhere.scan(pose_at(0.3 * static_cast<double>(i), 0, 1, 0), 4000, 15, 0.01, 20 + i), nullptr);
+  CHECK(mapper->step_verdict(6) == StepVerdict::apart);
+  for (std::uint32_t scan = 7; scan < 12; ++scan) {
+    CAPTURE(scan, text(mapper->step_verdict(scan)));
+    CHECK(mapper->step_verdict(scan) != StepVerdict::apart);
+  }
+  CHECK(mapper->health().parts == 2);
+}
+
+TEST_CASE("scans that see less of the way than the odometry, all along, make the map doubtful") {
+  const BlockDrive& drive = round_the_block();
+  MapperConfig config = small_config();
+  config.close_loops = false;
+  MapperBench mapper(config);
+  for (std::size_t i = 0; i < 30; ++i) {
+    Pose odometry = drive.odometry[i];
+    odometry.translation_m *= 1.15;
+    add(*mapper.mapper, drive.scans[i], &odometry);
+  }
+  const MapHealth health = mapper->health();
+  CAPTURE(text(health.doubt), health.odometry_scale);
+  CHECK(health.odometry_scale < 0.9);
+  CHECK(health.odometry_scale > 0.85);
+  CHECK(health.verdict == MapVerdict::doubtful);
+  CHECK(health.doubt == MapDoubt::odometry_scale);
+}
+
 TEST_CASE("the scans where a map hangs together worst are listed, the worst first") {
   const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();

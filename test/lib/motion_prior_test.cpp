@@ -164,6 +164,15 @@ TEST_CASE("the variance that is learned is that of the deviations, and grows wit
   CHECK(longer.mahalanobis2(usual) == Approx(3).margin(1.5));
 }
 
+TEST_CASE("how it went is what was last seen for sure: a step on odometry alone says nothing of it") {
+  Bench bench;
+  for (int i = 0; i < 5; ++i) bench.go(pose_at(1.5, 0, 0, 10), pose_at(1.5, 0, 0, 10));
+  bench.go(Pose{}, Pose{}, false);  // the odometry has frozen, and nothing is seen
+  CHECK(distance_m(bench.prior.as_it_went().last_from_next, pose_at(1.5, 0, 0, 10)) < 1e-9);
+  bench.go(pose_at(0.5, 0, 0, 0), pose_at(0.5, 0, 0, 0), true);
+  CHECK(distance_m(bench.prior.as_it_went().last_from_next, pose_at(0.5, 0, 0, 0)) < 1e-9);
+}
+
 TEST_CASE("a frozen odometry is distrusted after three sure steps, and trusted again once it agrees") {
   Bench bench;
   const Pose step = pose_at(2, 0, 0, 3);

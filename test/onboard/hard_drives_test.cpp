@@ -125,8 +125,7 @@ TEST_CASE("a drive with nothing wrong is mapped within its bounds, and no odomet
   CHECK(outcome.scans_without_odometry <= 1);  // of the first turn
 }
 
-TEST_CASE("without messages of the odometry for a minute the drive is mapped, and the silence is told",
-          "[!mayfail]") {
+TEST_CASE("without messages of the odometry for a minute the drive is mapped, and the silence is told") {
   const Outcome outcome = drive_with(sim::Fault::odometry_silent);
   CHECK(outcome.notices.has("odometry: no believable odometry frames any more"));
   CHECK(outcome.notices.has("assembler: no odometry: scans are made as if the vehicle stood"));
@@ -135,8 +134,7 @@ TEST_CASE("without messages of the odometry for a minute the drive is mapped, an
   check_map_without_odometry(outcome);
 }
 
-TEST_CASE("with the odometry frozen for a minute the drive is mapped, and the frozen sender is told",
-          "[!mayfail]") {
+TEST_CASE("with the odometry frozen for a minute the drive is mapped, and the frozen sender is told") {
   const Outcome outcome = drive_with(sim::Fault::odometry_frozen, 0);
   CHECK(outcome.notices.has("odometry: the sender's alive counter stands still"));
   CHECK(outcome.odometry_freezes == 1);
@@ -144,8 +142,8 @@ TEST_CASE("with the odometry frozen for a minute the drive is mapped, and the fr
   check_map_without_odometry(outcome);
 }
 
-TEST_CASE("with the same speeds for a minute, counted on, the drive is mapped, and the frozen data are told",
-          "[!mayfail]") {
+TEST_CASE(
+    "with the same speeds for a minute, counted on, the drive is mapped, and the frozen data are told") {
   const Outcome outcome = drive_with(sim::Fault::odometry_frozen, 1);
   CHECK(outcome.notices.has("odometry: the same data come again and again though the vehicle moves"));
   CHECK(outcome.odometry_freezes == 1);
@@ -154,16 +152,14 @@ TEST_CASE("with the same speeds for a minute, counted on, the drive is mapped, a
 }
 
 TEST_CASE(
-    "with wheels that say for a minute that they stand the drive is mapped, and the contradiction is told",
-    "[!mayfail]") {
+    "with wheels that say for a minute that they stand the drive is mapped, and the contradiction is told") {
   const Outcome outcome = drive_with(sim::Fault::odometry_frozen, 2);
   CHECK(outcome.notices.has("odometry: the wheels say that they stand though the gyro turns"));
   CHECK(outcome.odometry_freezes == 1);
   check_map_without_odometry(outcome);
 }
 
-TEST_CASE("with an odometry that says for a minute that the vehicle stands the drive is mapped",
-          "[!mayfail]") {
+TEST_CASE("with an odometry that says for a minute that the vehicle stands the drive is mapped") {
   check_map_without_odometry(drive_with(sim::Fault::odometry_frozen, 3));
 }
 
@@ -171,12 +167,11 @@ TEST_CASE("a map that an odometry which says that the vehicle stands has pulled 
   check_not_off_and_good(drive_with(sim::Fault::odometry_frozen, GENERATE(2, 3)));
 }
 
-TEST_CASE("a map that is off after a minute without odometry is not called good", "[!mayfail]") {
+TEST_CASE("a map that is off after a minute without odometry is not called good") {
   check_not_off_and_good(drive_with(sim::Fault::odometry_silent));
 }
 
-TEST_CASE("without odometry for a minute in the middle of a longer drive the map does not come apart",
-          "[!mayfail]") {
+TEST_CASE("without odometry for a minute in the middle of a longer drive the map does not come apart") {
   check_map_without_odometry(
       drive({}, {{sim::Fault::odometry_silent, 90 * ns_per_s, 60 * ns_per_s, 0}}, 150));
 }

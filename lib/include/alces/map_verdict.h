@@ -21,6 +21,7 @@ enum class MapDoubt : std::uint8_t {
   drift,                  ///< the steps can be off by more than a map may
   odometry_alone,         ///< too much of the way stands on odometry
   odometry_contradicted,  ///< steps were believed against the odometry, and no loop has confirmed them
+  odometry_scale,         ///< the scans see another way driven than the odometry, all along
   weak_steps,             ///< scans whose surfaces fit badly: odometry holds them as much as the match
   searched,               ///< too many steps had to be searched for
 };
@@ -35,10 +36,11 @@ struct MapHealth {
   std::uint32_t found = 0;             ///< steps that had to be searched for
   std::uint32_t on_odometry = 0;       ///< steps on odometry alone
   std::uint32_t against_odometry = 0;  ///< steps that were believed against it, and that no loop spans
-  std::uint32_t weak = 0;         ///< steps believed, whose surfaces fit less than half as well as is usual
-  std::uint32_t parts = 1;        ///< of the map, that nothing joins
-  std::uint32_t closed = 0;       ///< loops
-  std::uint32_t revisits = 0;     ///< visits to earlier places that were closed as loops
+  std::uint32_t weak = 0;      ///< steps believed, though few of their samples find a partner and fit it
+  double odometry_scale = 1;   ///< metres driven a metre of the odometry, as the scans see it; 1: no odometry
+  std::uint32_t parts = 1;     ///< of the map, that nothing joins
+  std::uint32_t closed = 0;    ///< loops
+  std::uint32_t revisits = 0;  ///< visits to earlier places that were closed as loops
   std::uint32_t unmatched = 0;    ///< loops refused because the scans do not fit
   std::uint32_t implausible = 0;  ///< loops refused because the map cannot be off by so much
   double length_m = 0;            ///< driven

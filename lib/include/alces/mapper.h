@@ -289,11 +289,11 @@ class Mapper {
     Pose last_from_next;
     EdgeVariance variance;
     StepVerdict verdict = StepVerdict::first;
-    double fit_share = 1;  // of what is usual
+    double support = 1;  // share of the samples with a partner, by how well they fit it of what is usual
   };
   struct StepRecord {  // what is kept of a step
     StepVerdict verdict = StepVerdict::first;
-    std::uint8_t fit_percent = 100;  // of what is usual, at most 255
+    std::uint8_t support_percent = 100;  // at most 255
   };
   [[nodiscard]] Status refuse(Status status);
   [[nodiscard]] Status predict(const Pose* odometry_from_body, MotionPrior::Prediction& prediction) const;
@@ -312,7 +312,9 @@ class Mapper {
                                 const IcpPrior* prior, IcpResult& best);
   [[nodiscard]] bool search_against_odometry(std::span<const IcpScan> model, const IcpScan& data,
                                              const Pose& map_from_last, const ScanSpacing& spacing,
+                                             const MotionPrior::Prediction& prediction,
                                              const IcpConfig& config, IcpResult& match, StepDoubt& doubt);
+  void widen_for_motion_within(const IcpResult& match, EdgeVariance& variance) const;
   void add_step(std::uint32_t n, const Step& step);
   void look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_m, ScanReport& report);
   [[nodiscard]] bool load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& map_from_side,
