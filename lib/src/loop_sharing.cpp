@@ -17,26 +17,31 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   return m;
 }
 
+// About each of the map's axes.
+Eigen::Vector3d rotation_rad2(const EdgeVariance& variance) {
+  return variance.rotation_rad2 * Eigen::Map<const Eigen::Vector3d>(variance.rotation_shares.data());
+}
+
 // A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by
-// tau_j, variance diag(x, y, z), and turn it by theta_j, variance r_j about each axis, about c_j, the place
-// of the scan that was matched: its label already says how sure that place is, the match's own lever
+// tau_j, variance diag(x, y, z), and turn it by theta_j, variance R_j = diag(r_x, r_y, r_z), about c_j, the
+// place of the scan that was matched: its label already says how sure that place is, the match's own lever
 // included. With the lever b_j = end - c_j the most likely parts are
-//   tau_j = diag(x, y, z)_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
+//   tau_j = diag(x, y, z)_j lambda_t,   theta_j = R_j (lambda_r + b_j x lambda_t),
 // where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
 struct ChainCovariance {
   Matrix6d s = Matrix6d::Zero();
 
   void add(const EdgeVariance& variance, const Eigen::Vector3d& lever) {
-    const double r = variance.rotation_rad2 / 3.0;  // the edge's label sums over three axes
+    const Eigen::Vector3d r = rotation_rad2(variance);
+    const Eigen::Matrix3d arm = skew(lever);
     s(0, 0) += variance.x_m2;
     s(1, 1) += variance.y_m2;
     s(2, 2) += variance.z_m2;
-    s.topLeftCorner<3, 3>() +=
-        r * (lever.squaredNorm() * Eigen::Matrix3d::Identity() - lever * lever.transpose());
-    const Eigen::Matrix3d cross = r * skew(lever);
+    const Eigen::Matrix3d cross = arm * r.asDiagonal();
+    s.topLeftCorner<3, 3>() += cross * arm.transpose();
     s.topRightCorner<3, 3>() -= cross;
-    s.bottomLeftCorner<3, 3>() += cross;
-    s.bottomRightCorner<3, 3>().diagonal().array() += r;
+    s.bottomLeftCorner<3, 3>() -= cross.transpose();
+    s.bottomRightCorner<3, 3>().diagonal() += r;
   }
   [[nodiscard]] SymmetricSolver<6> solver() const { return SymmetricSolver<6>(s); }
 };
@@ -182,7 +187,7 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
       const Eigen::Vector3d tau_m =
           Eigen::Vector3d(variance.x_m2, variance.y_m2, variance.z_m2).cwiseProduct(lambda_t);
       const Eigen::Vector3d theta_rad =
-          variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
+          rotation_rad2(variance).cwiseProduct(lambda_r + (end - place).cross(lambda_t));
       const Eigen::Vector3d pivot = follow * place;
       const Eigen::Quaterniond turn = exp_so3(theta_rad);
       follow.translation_m = turn * (follow.translation_m - pivot) + pivot + tau_m;

@@ -182,6 +182,28 @@ double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, c
   return both.samples == 0 ? 0.0 : static_cast<double>(both.fitting) / both.samples;
 }
 
+// Both ends in turn look at the other's surfaces, where the map has them and where the match has them; and at
+// those of the scan after and before, which tells what is usual there.
+void Mapper::look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_matched, float tolerance_m,
+                          LoopReport& loop) {
+  const std::span<const Pose> poses = graph_.poses();
+  const Pose f_from_l = poses[f].inverse() * poses[l];
+  const auto look = [&](std::uint32_t viewer, std::uint32_t other, std::uint32_t neighbor,
+                        const Pose& viewer_from_before, const Pose& viewer_from_after) {
+    StoredScan seen;
+    if (store_.load(viewer, seen) != Status::ok) return;
+    free_space_.look(*seen.tree);
+    if (store_.load(other, seen) != Status::ok) return;
+    loop.before.add(free_space_.count(*seen.tree, seen.samples, viewer_from_before, tolerance_m));
+    loop.after.add(free_space_.count(*seen.tree, seen.samples, viewer_from_after, tolerance_m));
+    if (store_.load(neighbor, seen) != Status::ok) return;
+    const Pose viewer_from_neighbor = poses[viewer].inverse() * poses[neighbor];
+    loop.usual.add(free_space_.count(*seen.tree, seen.samples, viewer_from_neighbor, tolerance_m));
+  };
+  look(f, l, f + 1, f_from_l, f_from_matched);
+  look(l, f, l - 1, f_from_l.inverse(), f_from_matched.inverse());
+}
+
 // A loop is worth an edge where the map can be off by more than this. While loops are used up faster than
 // scans, only larger doubts are, the larger the fewer loops are left, so that loops last as long as the scans
 // do.
@@ -247,6 +269,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   const Pose map_from_matched = map_from_f * match.model_from_data;
   loop.correction_m = (map_from_matched.translation_m - map_from_l.translation_m).norm();
   loop.correction_rad = angle_between_rad(map_from_matched.rotation, map_from_l.rotation);
+  look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
   if (!is_found(match)) {
     loop.verdict = LoopVerdict::refused_no_match;
     return;

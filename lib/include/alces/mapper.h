@@ -11,6 +11,7 @@
 #include <span>
 
 #include "alces/arena.h"
+#include "alces/free_space.h"
 #include "alces/icp.h"
 #include "alces/loop_detector.h"
 #include "alces/loop_relaxation.h"
@@ -143,6 +144,11 @@ struct LoopReport {
   double usual_fit = 0;   ///< of the steps, at the time
   double expected_m = 0;  ///< standard deviation of l's place against f, before
   std::uint32_t iterations = 0;
+  /// Surfaces of one end that stand in free space of the other, as a share of those that the other can tell
+  /// of (FreeSpaceCount::share): where the map had l, where the match has it, and between neighbouring scans.
+  FreeSpaceCount before;
+  FreeSpaceCount after;
+  FreeSpaceCount usual;
   std::uint64_t share_ns = 0;  ///< LOA and sharing out, or the LoopRelaxation; 0 without a clock
 };
 
@@ -306,6 +312,8 @@ class Mapper {
   [[nodiscard]] IcpResult match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                         const IcpConfig& config, const IcpPrior* prior,
                                         const IcpResult& match);
+  void look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_matched, float tolerance_m,
+                    LoopReport& loop);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
@@ -326,6 +334,7 @@ class Mapper {
   ScanStore store_;
   Icp icp_;
   StartSearch start_search_;
+  FreeSpace free_space_;
   PoseGraph graph_;
   LoopDetector detector_;
   LoopTrigger trigger_;
@@ -391,6 +400,7 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
                      {}}),
       icp_(arena, config.correspondence_capacity),
       start_search_(arena),
+      free_space_(arena),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
       detector_(arena, config.detector),
       trigger_(config.trigger),

@@ -2,9 +2,10 @@
 // half-edges. Capacity is fixed; inserting is O(1); nothing is ever removed (ELCH needs no removal).
 //
 // Half-edge 2e leaves the edge's `from`, half-edge 2e+1 its `to`: h ^ 1 is the other side of h.
-// Memory: 72 bytes a vertex, 120 bytes an edge.
+// Memory: 72 bytes a vertex, 144 bytes an edge.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,6 +25,9 @@ struct EdgeVariance {
   double y_m2 = 1;
   double z_m2 = 1;
   double rotation_rad2 = 1;
+  /// Of rotation_rad2, about each of the map's axes: what a chain of edges can be off by depends on it, for a
+  /// scanner of few rings knows its heading ten times better than its tilt. LOA does not ask. They sum to 1.
+  std::array<double, 3> rotation_shares = {1.0 / 3, 1.0 / 3, 1.0 / 3};
 };
 
 struct Edge {
