@@ -31,6 +31,17 @@ Cell cell_of(const Point& p, std::int32_t face_size) {
 
 }  // namespace
 
+bool is_clearly_more(const FreeSpaceCount& more, const FreeSpaceCount& less, double sigmas) {
+  constexpr double together = 10;
+  const auto variance = [](const FreeSpaceCount& count) {
+    // Of a share that is known from few: one more of each sort (Laplace), so that none of none is no proof.
+    const double all = count.known() / together + 2;
+    const double share = (count.standing / together + 1) / all;
+    return share * (1 - share) / all;
+  };
+  return more.share() - less.share() > sigmas * std::sqrt(variance(more) + variance(less));
+}
+
 void FreeSpace::look(const KdTree& scan) {
   constexpr float least_range_m = 1e-3F;
   std::ranges::fill(ranges_m_, unseen);

@@ -38,6 +38,12 @@ const char* text(LoopVerdict verdict) {
       return "refused: too few walls fit";
     case LoopVerdict::refused_fit:
       return "refused: the surfaces fit worse than is usual";
+    case LoopVerdict::refused_ambiguous:
+      return "refused: the surfaces fit as well elsewhere along a direction that the map does not hold";
+    case LoopVerdict::refused_free_space:
+      return "refused: surfaces would stand where the other end looked through";
+    case LoopVerdict::refused_needless:
+      return "refused: nothing that is seen speaks for so large a correction";
     case LoopVerdict::refused_implausible:
       return "refused: the correction is larger than the accumulated uncertainty explains";
     case LoopVerdict::refused_capacity:
@@ -78,7 +84,8 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
     const bool came_together =
         loop.verdict != LoopVerdict::refused_no_match && loop.verdict != LoopVerdict::refused_overlap &&
         loop.verdict != LoopVerdict::refused_residual && loop.verdict != LoopVerdict::refused_walls &&
-        loop.verdict != LoopVerdict::refused_fit;
+        loop.verdict != LoopVerdict::refused_fit && loop.verdict != LoopVerdict::refused_free_space &&
+        loop.verdict != LoopVerdict::refused_needless;
     if (came_together) return;
     // The pose has drifted: perhaps the nearest scan is of another street. An earlier visit may be the right
     // one.
@@ -204,6 +211,25 @@ void Mapper::look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_m
   look(l, f, l - 1, f_from_l.inverse(), f_from_matched.inverse());
 }
 
+// Whether the scans fit as well elsewhere along the two weaker directions of the match, as far as the map can
+// be off: along a corridor, on a field, at the next pillar.
+bool Mapper::is_ambiguous(std::span<const IcpScan> model, const IcpScan& scan_l, const IcpPrior& prior,
+                          const IcpResult& match, const IcpConfig& config) {
+  const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
+  const SymmetricEigen<3> directions = symmetric_eigen<3>(information);
+  const Eigen::Matrix3d doubt_m2 = prior.covariance.topLeftCorner<3, 3>();
+  const Eigen::Vector3d back_m = prior.model_from_data.translation_m - match.model_from_data.translation_m;
+  for (const int weaker : {0, 1}) {
+    const Eigen::Vector3d direction = directions.vectors.col(weaker);
+    const double reach_m = config_.belief.ambiguity_sigmas * std::sqrt(direction.dot(doubt_m2 * direction));
+    const double middle_m = direction.dot(back_m);
+    if (!icp_.is_held(model, {&scan_l, 1}, match.model_from_data, direction, middle_m - reach_m,
+                      middle_m + reach_m, config))
+      return true;
+  }
+  return false;
+}
+
 // A loop is worth an edge where the map can be off by more than this. While loops are used up faster than
 // scans, only larger doubts are, the larger the fewer loops are left, so that loops last as long as the scans
 // do.
@@ -269,7 +295,6 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   const Pose map_from_matched = map_from_f * match.model_from_data;
   loop.correction_m = (map_from_matched.translation_m - map_from_l.translation_m).norm();
   loop.correction_rad = angle_between_rad(map_from_matched.rotation, map_from_l.rotation);
-  look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
   if (!is_found(match)) {
     loop.verdict = LoopVerdict::refused_no_match;
     return;
@@ -290,6 +315,25 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   if (moved_m(loop) > config_.belief.small_correction_m &&
       loop.fit < config_.belief.minimum_fit_share * loop.usual_fit) {
     loop.verdict = LoopVerdict::refused_fit;
+    return;
+  }
+  if (config_.belief.free_space_sigmas > 0 && moved_m(loop) > config_.belief.small_correction_m) {
+    const double sigmas = config_.belief.free_space_sigmas;
+    look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
+    if (is_clearly_more(loop.after, loop.usual, sigmas)) {
+      loop.verdict = LoopVerdict::refused_free_space;
+      return;
+    }
+    // Nearer than that both places are the same to it.
+    const double visible_m = 2 * static_cast<double>(config.last_distance_limit_m);
+    if (loop.correction_m > visible_m && !is_clearly_more(loop.before, loop.after, sigmas)) {
+      loop.verdict = LoopVerdict::refused_needless;
+      return;
+    }
+  }
+  if (config_.belief.ambiguity_sigmas > 0 &&
+      is_ambiguous(std::span(model).first(model_count), data[data_count - 1], prior, match, config)) {
+    loop.verdict = LoopVerdict::refused_ambiguous;
     return;
   }
   if (counters_.loops_closed == config_.loop_capacity) {

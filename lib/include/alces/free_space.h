@@ -39,6 +39,10 @@ struct FreeSpaceCount {
   }
 };
 
+/// Whether the share of `more` is larger than that of `less` beyond chance: by so many standard deviations of
+/// their difference. Samples of one surface stand or fall together, so that ten of them count as one.
+[[nodiscard]] bool is_clearly_more(const FreeSpaceCount& more, const FreeSpaceCount& less, double sigmas);
+
 class FreeSpace {
  public:
   constexpr explicit FreeSpace(Arena& arena)

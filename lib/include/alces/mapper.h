@@ -45,6 +45,12 @@ struct BeliefConfig {
   double minimum_wall_fit = 0.15;
   double minimum_fit_share = 0.7;   ///< of the fit that is usual on this drive, if l moves by more than that:
   double small_correction_m = 0.5;  ///< of what l sees 15 m away: up to here no walls are asked for
+  /// A loop is refused if the scans fit as well elsewhere along a weak direction, as far as the map can be off
+  /// (this many standard deviations); 0: that is not asked.
+  double ambiguity_sigmas = 3;
+  /// A loop is refused if what both ends see stands in the other's free space, or if nothing has stood there
+  /// before the correction, so that nothing speaks for it (this many standard deviations); 0: not asked.
+  double free_space_sigmas = 3;
 };
 
 /// Where the match of a loop starts beside where the poses say.
@@ -122,6 +128,9 @@ enum class LoopVerdict : std::uint8_t {
   refused_residual,     ///< they came together badly
   refused_walls,        ///< nothing but the ground fits
   refused_fit,          ///< the surfaces fit worse than those of the drive's steps
+  refused_ambiguous,    ///< the scans fit as well elsewhere, and the map cannot tell
+  refused_free_space,   ///< surfaces would stand where the other end looked through
+  refused_needless,     ///< the map does not contradict itself where it is: nothing speaks for the correction
   refused_implausible,  ///< the correction is larger than the accumulated uncertainty explains
   refused_capacity,     ///< no room for the edge
   refused_archive,      ///< a scan of the loop could not be brought back
@@ -314,6 +323,8 @@ class Mapper {
                                         const IcpResult& match);
   void look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_matched, float tolerance_m,
                     LoopReport& loop);
+  [[nodiscard]] bool is_ambiguous(std::span<const IcpScan> model, const IcpScan& scan_l,
+                                  const IcpPrior& prior, const IcpResult& match, const IcpConfig& config);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
@@ -385,6 +396,8 @@ constexpr MapperConfig MapperConfig::paper() {
   config.belief.minimum_wall_fit = 0;
   config.belief.minimum_fit_share = 0;
   config.belief.known_m = 0;
+  config.belief.ambiguity_sigmas = 0;
+  config.belief.free_space_sigmas = 0;
   return config;
 }
 
