@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "alces/icp.h"
 #include "float_transform.h"
@@ -15,15 +16,25 @@ std::uint32_t Icp::gather_facing(std::span<const IcpScan> data, const Pose& mode
   const Point along{static_cast<float>(direction.x()), static_cast<float>(direction.y()),
                     static_cast<float>(direction.z())};
   const std::span<Sample> all = gather(data, samples_);
-  std::uint32_t count = 0;
-  for (const Sample& point : all) {
-    const bool faces_along = std::abs(dot(data_to_model.rotate(point.normal), along)) > facing;
-    if (point.plane_weight > 0 ? faces_along : with_rough) all[count++] = point;
-  }
-  const std::uint32_t stride = (count + maximum_facing_samples - 1) / maximum_facing_samples;
-  if (stride <= 1) return count;
+  const auto faces_along = [&](const Sample& sample) {
+    return sample.plane_weight > 0 && std::abs(dot(data_to_model.rotate(sample.normal), along)) > facing;
+  };
+  std::size_t planes = 0;  // first, in their order
+  for (Sample& sample : all)
+    if (faces_along(sample)) std::swap(all[planes++], sample);
+  std::size_t end = planes;
+  for (Sample& sample : all.subspan(planes))
+    if (with_rough && !(sample.plane_weight > 0)) std::swap(all[end++], sample);
+  // Planes tell more: those without one get what room is left.
   std::uint32_t kept = 0;
-  for (std::uint32_t i = 0; i < count; i += stride) all[kept++] = all[i];
+  const auto thin_out = [&](std::span<const Sample> some) {
+    const std::size_t room = maximum_facing_samples - kept;
+    if (some.empty() || room == 0) return;
+    const std::size_t stride = (some.size() + room - 1) / room;
+    for (std::size_t i = 0; i < some.size(); i += stride) all[kept++] = some[i];
+  };
+  thin_out(all.first(planes));
+  thin_out(all.subspan(planes, end - planes));
   return kept;
 }
 
@@ -132,7 +143,7 @@ bool Icp::is_held(std::span<const IcpScan> model, std::span<const IcpScan> data,
       if (fits_here[i] && !fits_there) ++only_here;
       if (!fits_here[i] && fits_there) ++only_there;
     }
-    constexpr double sure = 3;  // standard deviations
+    constexpr double sure = 2;  // standard deviations
     const double better = static_cast<double>(only_here) - only_there;
     if (better < sure * std::sqrt(static_cast<double>(only_here) + only_there) || better <= 0) return false;
   }

@@ -213,8 +213,8 @@ void Mapper::look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_m
 
 // Whether the scans fit as well elsewhere along the two weaker directions of the match, as far as the map can
 // be off: along a corridor, on a field, at the next pillar.
-bool Mapper::is_ambiguous(std::span<const IcpScan> model, const IcpScan& scan_l, const IcpPrior& prior,
-                          const IcpResult& match, const IcpConfig& config) {
+bool Mapper::is_ambiguous(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                          const IcpPrior& prior, const IcpResult& match, const IcpConfig& config) {
   const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
   const SymmetricEigen<3> directions = symmetric_eigen<3>(information);
   const Eigen::Matrix3d doubt_m2 = prior.covariance.topLeftCorner<3, 3>();
@@ -223,7 +223,7 @@ bool Mapper::is_ambiguous(std::span<const IcpScan> model, const IcpScan& scan_l,
     const Eigen::Vector3d direction = directions.vectors.col(weaker);
     const double reach_m = config_.belief.ambiguity_sigmas * std::sqrt(direction.dot(doubt_m2 * direction));
     const double middle_m = direction.dot(back_m);
-    if (!icp_.is_held(model, {&scan_l, 1}, match.model_from_data, direction, middle_m - reach_m,
+    if (!icp_.is_held(model, data, match.model_from_data, direction, middle_m - reach_m,
                       middle_m + reach_m, config))
       return true;
   }
@@ -332,7 +332,8 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
     }
   }
   if (config_.belief.ambiguity_sigmas > 0 &&
-      is_ambiguous(std::span(model).first(model_count), data[data_count - 1], prior, match, config)) {
+      is_ambiguous(std::span(model).first(model_count), std::span(data).first(data_count), prior, match,
+                   config)) {
     loop.verdict = LoopVerdict::refused_ambiguous;
     return;
   }

@@ -176,7 +176,7 @@ class Icp {
   /// Whether the data lie clearly better on the model than shifted along `direction` to anywhere between
   /// `least_m` and `most_m`. Asked are the samples whose plane faces along it, and those without a plane, as
   /// poles and trees are; each place is compared by the samples that lie on the model at one of the two
-  /// places only (McNemar's test, 3 standard deviations). What is nearer than three fit_distance_m is the
+  /// places only (McNemar's test, 2 standard deviations). What is nearer than three fit_distance_m is the
   /// same place. At most 2 * maximum_shift_steps places, spread evenly. Cost: that of facing_fit for each.
   [[nodiscard]] bool is_held(std::span<const IcpScan> model, std::span<const IcpScan> data,
                              const Pose& model_from_data, const Eigen::Vector3d& direction, double least_m,

@@ -50,7 +50,7 @@ struct BeliefConfig {
   double ambiguity_sigmas = 3;
   /// A loop is refused if what both ends see stands in the other's free space, or if nothing has stood there
   /// before the correction, so that nothing speaks for it (this many standard deviations); 0: not asked.
-  double free_space_sigmas = 3;
+  double free_space_sigmas = 2;
 };
 
 /// Where the match of a loop starts beside where the poses say.
@@ -323,7 +323,7 @@ class Mapper {
                                         const IcpResult& match);
   void look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_matched, float tolerance_m,
                     LoopReport& loop);
-  [[nodiscard]] bool is_ambiguous(std::span<const IcpScan> model, const IcpScan& scan_l,
+  [[nodiscard]] bool is_ambiguous(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                   const IcpPrior& prior, const IcpResult& match, const IcpConfig& config);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
