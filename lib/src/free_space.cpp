@@ -50,7 +50,8 @@ void FreeSpace::look(const KdTree& scan) {
     const float range_m = std::sqrt(dot(p, p));
     if (!(range_m > least_range_m)) continue;
     const Cell cell = cell_of(p, face_size);
-    float& shortest_m = ranges_m_[static_cast<std::size_t>((cell.face * face_size + cell.v) * face_size + cell.u)];
+    float& shortest_m =
+        ranges_m_[static_cast<std::size_t>((cell.face * face_size + cell.v) * face_size + cell.u)];
     if (shortest_m < 0 || range_m < shortest_m) shortest_m = range_m;
   }
   // Beyond the edge of a face lie others; what is not asked there counts as unknown.

@@ -78,7 +78,8 @@ std::uint32_t Icp::likely_shifts(std::span<const IcpScan> model, std::span<const
                                  const Pose& model_from_data, const Eigen::Vector3d& direction, double step_m,
                                  std::uint32_t steps, const IcpConfig& config, std::span<double> shifts_m) {
   if (model.empty() || model.size() > maximum_model_scans || steps > maximum_shift_steps) return 0;
-  const std::span<const Sample> points = samples_.first(gather_facing(data, model_from_data, direction, false));
+  const std::span<const Sample> points =
+      samples_.first(gather_facing(data, model_from_data, direction, false));
   std::array<std::uint32_t, 2 * maximum_shift_steps + 1> room{};
   const std::span<std::uint32_t> fitting = std::span(room).first(2 * std::size_t{steps} + 1);
   const auto shift_m = [&](std::size_t s) { return (static_cast<double>(s) - steps) * step_m; };

@@ -235,8 +235,8 @@ bool Mapper::is_ambiguous(std::span<const IcpScan> model, std::span<const IcpSca
     const Eigen::Vector3d direction = directions.vectors.col(weaker);
     const double reach_m = config_.belief.ambiguity_sigmas * std::sqrt(direction.dot(doubt_m2 * direction));
     const double middle_m = direction.dot(back_m);
-    if (!icp_.is_held(model, data, match.model_from_data, direction, middle_m - reach_m,
-                      middle_m + reach_m, config))
+    if (!icp_.is_held(model, data, match.model_from_data, direction, middle_m - reach_m, middle_m + reach_m,
+                      config))
       return true;
   }
   return false;

@@ -67,7 +67,8 @@ EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_da
       (axes * place * pair.covariance * place.transpose() * axes.transpose()).diagonal() *
       uncertainty.inflation;
   Eigen::Vector3d rotation_rad2 =
-      (axes * pair.covariance.bottomRightCorner<3, 3>() * axes.transpose()).diagonal() * uncertainty.inflation;
+      (axes * pair.covariance.bottomRightCorner<3, 3>() * axes.transpose()).diagonal() *
+      uncertainty.inflation;
   const double floor_m2 = uncertainty.minimum_translation_m * uncertainty.minimum_translation_m;
   const double floor_rad2 = uncertainty.minimum_rotation_rad * uncertainty.minimum_rotation_rad;
   rotation_rad2.array() += floor_rad2;

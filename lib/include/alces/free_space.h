@@ -34,9 +34,7 @@ struct FreeSpaceCount {
   }
   [[nodiscard]] std::uint32_t known() const { return agreeing + standing; }
   /// 0 where nothing is known.
-  [[nodiscard]] double share() const {
-    return known() == 0 ? 0.0 : static_cast<double>(standing) / known();
-  }
+  [[nodiscard]] double share() const { return known() == 0 ? 0.0 : static_cast<double>(standing) / known(); }
 };
 
 /// Whether the share of `more` is larger than that of `less` beyond chance: by so many standard deviations of

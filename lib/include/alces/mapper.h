@@ -45,8 +45,8 @@ struct BeliefConfig {
   double minimum_wall_fit = 0.15;
   double minimum_fit_share = 0.7;   ///< of the fit that is usual on this drive, if l moves by more than that:
   double small_correction_m = 0.5;  ///< of what l sees 15 m away: up to here no walls are asked for
-  /// A loop is refused if the scans fit as well elsewhere along a weak direction, as far as the map can be off
-  /// (this many standard deviations); 0: that is not asked.
+  /// A loop is refused if the scans fit as well elsewhere along a weak direction, as far as the map can be
+  /// off (this many standard deviations); 0: that is not asked.
   double ambiguity_sigmas = 3;
   /// A loop is refused if what both ends see stands in the other's free space, or if nothing has stood there
   /// before the correction, so that nothing speaks for it (this many standard deviations); 0: not asked.
