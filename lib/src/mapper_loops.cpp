@@ -336,9 +336,13 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
       loop.verdict = LoopVerdict::refused_free_space;
       return;
     }
-    // Nearer than that both places are the same to it.
+    // Nearer than that both places are the same to it. A part of the map that hangs on nothing lies anywhere.
     const double visible_m = 2 * static_cast<double>(config.last_distance_limit_m);
-    if (loop.correction_m > visible_m && !is_clearly_more(loop.before, loop.after, sigmas)) {
+    const bool hangs_together =
+        std::ranges::none_of(steps_.subspan(f + 1, l - f),
+                             [](const StepRecord& step) { return step.verdict == StepVerdict::apart; });
+    if (hangs_together && loop.correction_m > visible_m &&
+        !is_clearly_more(loop.before, loop.after, sigmas)) {
       loop.verdict = LoopVerdict::refused_needless;
       return;
     }
