@@ -17,13 +17,14 @@ bool is_found(const IcpResult& match) {
 
 // The less the map knows, the more places there are that l may be at, and the more of them look alike: a
 // given correction becomes less likely with the volume of the uncertainty. Its logarithm, in units of the
-// squared Mahalanobis length; places within a metre of each other are one.
-double log_places(const Matrix6d& uncertainty) {
+// squared Mahalanobis length; places within a metre of each other are one,
+// and no more are offered than lie in the detector's reach.
+double log_places(const Matrix6d& uncertainty, double reach_m) {
   const Eigen::Matrix3d place_m2 = uncertainty.topLeftCorner<3, 3>();
   double sum = 0;
   for (const double axis_m2 : symmetric_eigen<3>(place_m2).values)
     if (axis_m2 > 1) sum += portable::logarithm(axis_m2);
-  return sum;
+  return std::min(sum, 2 * portable::logarithm(std::max(1.0, reach_m * reach_m)));
 }
 
 // How far a correction moves what scan l sees: a turn moves it, too, by its lever.
@@ -361,7 +362,8 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   const std::uint64_t matched_ns = now_ns();
   const EdgeVariance variance = label(match, nullptr, map_from_f.rotation);
   loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched, variance);
-  const double look_alikes = config_.belief.ambiguity_sigmas > 0 ? log_places(uncertainty) : 0.0;
+  const double look_alikes =
+      config_.belief.ambiguity_sigmas > 0 ? log_places(uncertainty, config_.detector.radius_cap_m) : 0.0;
   if (!(loop.mahalanobis2 + look_alikes <= config_.belief.maximum_mahalanobis2)) {
     loop.verdict = LoopVerdict::refused_implausible;
     return;
