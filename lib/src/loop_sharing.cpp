@@ -18,24 +18,24 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
 }
 
 // A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by
-// tau_j, covariance T_j = R diag(x, y, z) R^T with the matched scan's R, and turn it by theta_j, variance r_j
-// about each axis, about c_j, the place of the scan that was matched: its label already says how sure that
-// place is, the match's own lever included. With the lever b_j = end - c_j the most likely parts are
-//   tau_j = T_j lambda_t,   theta_j = r_j (lambda_r + b_j x lambda_t),
+// tau_j, covariance T_j = Q diag(x, y, z) Q^T with the matched scan's Q, and turn it by theta_j, covariance
+// R_j = Q diag(r_x, r_y, r_z) Q^T, about c_j, the place of the scan that was matched: its label already says
+// how sure that place is, the match's own lever included. With the lever b_j = end - c_j the most likely parts
+// are
+//   tau_j = T_j lambda_t,   theta_j = R_j (lambda_r + b_j x lambda_t),
 // where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
 struct ChainCovariance {
   Matrix6d s = Matrix6d::Zero();
 
   void add(const EdgeVariance& variance, const Eigen::Quaterniond& map_from_to,
            const Eigen::Vector3d& lever) {
-    const double r = variance.rotation_rad2 / 3.0;  // the edge's label sums over three axes
-    s.topLeftCorner<3, 3>() +=
-        translation_covariance(variance, map_from_to) +
-        r * (lever.squaredNorm() * Eigen::Matrix3d::Identity() - lever * lever.transpose());
-    const Eigen::Matrix3d cross = r * skew(lever);
+    const Eigen::Matrix3d rotation_rad2 = rotation_covariance(variance, map_from_to);
+    const Eigen::Matrix3d arm = skew(lever);
+    const Eigen::Matrix3d cross = arm * rotation_rad2;
+    s.topLeftCorner<3, 3>() += translation_covariance(variance, map_from_to) + cross * arm.transpose();
     s.topRightCorner<3, 3>() -= cross;
-    s.bottomLeftCorner<3, 3>() += cross;
-    s.bottomRightCorner<3, 3>().diagonal().array() += r;
+    s.bottomLeftCorner<3, 3>() -= cross.transpose();
+    s.bottomRightCorner<3, 3>() += rotation_rad2;
   }
   [[nodiscard]] SymmetricSolver<6> solver() const { return SymmetricSolver<6>(s); }
 };
@@ -180,7 +180,7 @@ void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail&
       const Eigen::Vector3d& place = matched.translation_m;
       const Eigen::Vector3d tau_m = translation_covariance(edge.variance, matched.rotation) * lambda_t;
       const Eigen::Vector3d theta_rad =
-          edge.variance.rotation_rad2 / 3.0 * (lambda_r + (end - place).cross(lambda_t));
+          rotation_covariance(edge.variance, matched.rotation) * (lambda_r + (end - place).cross(lambda_t));
       const Eigen::Vector3d pivot = follow * place;
       const Eigen::Quaterniond turn = exp_so3(theta_rad);
       follow.translation_m = turn * (follow.translation_m - pivot) + pivot + tau_m;

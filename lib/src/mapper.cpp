@@ -185,9 +185,11 @@ MapHealth Mapper::health() const {
         break;
       }
       case LoopVerdict::refused_implausible:
+      case LoopVerdict::refused_needless:
         ++health.implausible;
         break;
       case LoopVerdict::known:
+      case LoopVerdict::refused_ambiguous:
       case LoopVerdict::refused_capacity:
       case LoopVerdict::refused_archive:
         break;

@@ -77,7 +77,8 @@ bool is_usable(const BeliefConfig& config) {
   return is_within(config.known_m, 0, longest_m) && is_within(config.minimum_overlap, 0, 1) &&
          is_within(config.maximum_rms_m, 0, longest_m) && is_within(config.maximum_mahalanobis2, 0, 1e12) &&
          is_within(config.minimum_wall_fit, 0, 1) && is_within(config.minimum_fit_share, 0, 10) &&
-         is_within(config.small_correction_m, 0, longest_m);
+         is_within(config.small_correction_m, 0, longest_m) && is_within(config.ambiguity_sigmas, 0, 100) &&
+         is_within(config.free_space_sigmas, 0, 100);
 }
 
 }  // namespace

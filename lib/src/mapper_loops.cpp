@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "alces/mapper.h"
+#include "alces/portable_math.h"
 #include "alces/symmetric_eigen.h"
 
 namespace alces {
@@ -12,6 +13,18 @@ namespace {
 
 bool is_found(const IcpResult& match) {
   return match.verdict == IcpVerdict::converged || match.verdict == IcpVerdict::iteration_limit;
+}
+
+// The less the map knows, the more places there are that l may be at, and the more of them look alike: a
+// given correction becomes less likely with the volume of the uncertainty. Its logarithm, in units of the
+// squared Mahalanobis length; places within a metre of each other are one,
+// and no more are offered than lie in the detector's reach.
+double log_places(const Matrix6d& uncertainty, double reach_m) {
+  const Eigen::Matrix3d place_m2 = uncertainty.topLeftCorner<3, 3>();
+  double sum = 0;
+  for (const double axis_m2 : symmetric_eigen<3>(place_m2).values)
+    if (axis_m2 > 1) sum += portable::logarithm(axis_m2);
+  return std::min(sum, 2 * portable::logarithm(std::max(1.0, reach_m * reach_m)));
 }
 
 // How far a correction moves what scan l sees: a turn moves it, too, by its lever.
@@ -38,6 +51,12 @@ const char* text(LoopVerdict verdict) {
       return "refused: too few walls fit";
     case LoopVerdict::refused_fit:
       return "refused: the surfaces fit worse than is usual";
+    case LoopVerdict::refused_ambiguous:
+      return "refused: the surfaces fit as well elsewhere along a direction that the map does not hold";
+    case LoopVerdict::refused_free_space:
+      return "refused: surfaces would stand where the other end looked through";
+    case LoopVerdict::refused_needless:
+      return "refused: nothing that is seen speaks for so large a correction";
     case LoopVerdict::refused_implausible:
       return "refused: the correction is larger than the accumulated uncertainty explains";
     case LoopVerdict::refused_capacity:
@@ -78,7 +97,8 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
     const bool came_together =
         loop.verdict != LoopVerdict::refused_no_match && loop.verdict != LoopVerdict::refused_overlap &&
         loop.verdict != LoopVerdict::refused_residual && loop.verdict != LoopVerdict::refused_walls &&
-        loop.verdict != LoopVerdict::refused_fit;
+        loop.verdict != LoopVerdict::refused_fit && loop.verdict != LoopVerdict::refused_free_space &&
+        loop.verdict != LoopVerdict::refused_needless;
     if (came_together) return;
     // The pose has drifted: perhaps the nearest scan is of another street. An earlier visit may be the right
     // one.
@@ -179,6 +199,47 @@ double Mapper::wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l, c
   return both.samples == 0 ? 0.0 : static_cast<double>(both.fitting) / both.samples;
 }
 
+// Both ends in turn look at the other's surfaces, where the map has them and where the match has them; and at
+// those of the scan after and before, which tells what is usual there.
+void Mapper::look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_matched, float tolerance_m,
+                          LoopReport& loop) {
+  const std::span<const Pose> poses = graph_.poses();
+  const Pose f_from_l = poses[f].inverse() * poses[l];
+  const auto look = [&](std::uint32_t viewer, std::uint32_t other, std::uint32_t neighbor,
+                        const Pose& viewer_from_before, const Pose& viewer_from_after) {
+    StoredScan seen;
+    if (store_.load(viewer, seen) != Status::ok) return;
+    free_space_.look(*seen.tree);
+    if (store_.load(other, seen) != Status::ok) return;
+    loop.before.add(free_space_.count(*seen.tree, seen.samples, viewer_from_before, tolerance_m));
+    loop.after.add(free_space_.count(*seen.tree, seen.samples, viewer_from_after, tolerance_m));
+    if (store_.load(neighbor, seen) != Status::ok) return;
+    const Pose viewer_from_neighbor = poses[viewer].inverse() * poses[neighbor];
+    loop.usual.add(free_space_.count(*seen.tree, seen.samples, viewer_from_neighbor, tolerance_m));
+  };
+  look(f, l, f + 1, f_from_l, f_from_matched);
+  look(l, f, l - 1, f_from_l.inverse(), f_from_matched.inverse());
+}
+
+// Whether the scans fit as well elsewhere along the two weaker directions of the match, as far as the map can
+// be off: along a corridor, on a field, at the next pillar.
+bool Mapper::is_ambiguous(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                          const IcpPrior& prior, const IcpResult& match, const IcpConfig& config) {
+  const Eigen::Matrix3d information = match.information.topLeftCorner<3, 3>();
+  const SymmetricEigen<3> directions = symmetric_eigen<3>(information);
+  const Eigen::Matrix3d doubt_m2 = prior.covariance.topLeftCorner<3, 3>();
+  const Eigen::Vector3d back_m = prior.model_from_data.translation_m - match.model_from_data.translation_m;
+  for (const int weaker : {0, 1}) {
+    const Eigen::Vector3d direction = directions.vectors.col(weaker);
+    const double reach_m = config_.belief.ambiguity_sigmas * std::sqrt(direction.dot(doubt_m2 * direction));
+    const double middle_m = direction.dot(back_m);
+    if (!icp_.is_held(model, data, match.model_from_data, direction, middle_m - reach_m, middle_m + reach_m,
+                      config))
+      return true;
+  }
+  return false;
+}
+
 // A loop is worth an edge where the map can be off by more than this. While loops are used up faster than
 // scans, only larger doubts are, the larger the fewer loops are left, so that loops last as long as the scans
 // do.
@@ -266,6 +327,30 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
     loop.verdict = LoopVerdict::refused_fit;
     return;
   }
+  if (config_.belief.free_space_sigmas > 0 && moved_m(loop) > config_.belief.small_correction_m) {
+    const double sigmas = config_.belief.free_space_sigmas;
+    look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
+    if (is_clearly_more(loop.after, loop.usual, sigmas)) {
+      loop.verdict = LoopVerdict::refused_free_space;
+      return;
+    }
+    // Nearer than that both places are the same to it. A part of the map that hangs on nothing lies anywhere.
+    const double visible_m = 2 * static_cast<double>(config.last_distance_limit_m);
+    const bool hangs_together =
+        std::ranges::none_of(steps_.subspan(f + 1, l - f),
+                             [](const StepRecord& step) { return step.verdict == StepVerdict::apart; });
+    if (hangs_together && loop.correction_m > visible_m &&
+        !is_clearly_more(loop.before, loop.after, sigmas)) {
+      loop.verdict = LoopVerdict::refused_needless;
+      return;
+    }
+  }
+  if (config_.belief.ambiguity_sigmas > 0 &&
+      is_ambiguous(std::span(model).first(model_count), std::span(data).first(data_count), prior, match,
+                   config)) {
+    loop.verdict = LoopVerdict::refused_ambiguous;
+    return;
+  }
   if (counters_.loops_closed == config_.loop_capacity) {
     loop.verdict = LoopVerdict::refused_capacity;
     return;
@@ -274,7 +359,9 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   const std::uint64_t matched_ns = now_ns();
   const EdgeVariance variance = label(match, nullptr);
   loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched, variance);
-  if (!(loop.mahalanobis2 <= config_.belief.maximum_mahalanobis2)) {
+  const double look_alikes =
+      config_.belief.ambiguity_sigmas > 0 ? log_places(uncertainty, config_.detector.radius_cap_m) : 0.0;
+  if (!(loop.mahalanobis2 + look_alikes <= config_.belief.maximum_mahalanobis2)) {
     loop.verdict = LoopVerdict::refused_implausible;
     return;
   }

@@ -65,11 +65,18 @@ EdgeVariance edge_variance(const PairCovariance& pair, const Pose& model_from_da
   const Eigen::Vector3d translation_m2 =
       (axes * place * pair.covariance * place.transpose() * axes.transpose()).diagonal() *
       uncertainty.inflation;
-  const double rotation_rad2 = pair.covariance.bottomRightCorner<3, 3>().trace() * uncertainty.inflation;
+  Eigen::Vector3d rotation_rad2 =
+      (axes * pair.covariance.bottomRightCorner<3, 3>() * axes.transpose()).diagonal() *
+      uncertainty.inflation;
   const double floor_m2 = uncertainty.minimum_translation_m * uncertainty.minimum_translation_m;
   const double floor_rad2 = uncertainty.minimum_rotation_rad * uncertainty.minimum_rotation_rad;
-  return {translation_m2.x() + floor_m2, translation_m2.y() + floor_m2, translation_m2.z() + floor_m2,
-          rotation_rad2 + 3 * floor_rad2};
+  rotation_rad2.array() += floor_rad2;
+  const double all_rad2 = rotation_rad2.sum();
+  return {translation_m2.x() + floor_m2,
+          translation_m2.y() + floor_m2,
+          translation_m2.z() + floor_m2,
+          all_rad2,
+          {rotation_rad2.x() / all_rad2, rotation_rad2.y() / all_rad2, rotation_rad2.z() / all_rad2}};
 }
 
 }  // namespace alces

@@ -92,4 +92,14 @@ double hypot(double x, double y) {
   return std::sqrt(x * x + y * y);
 }
 
+double logarithm(double value) {
+  constexpr double ln_2 = 0.693147180559945309417;
+  int exponent = 0;
+  const double mantissa = std::frexp(value, &exponent);  // exact; 0.5 to 1
+  const double z = (mantissa - 1) / (mantissa + 1);      // ln m = 2 atanh z, -1/3 to 0
+  double sum = 0;
+  for (int n = 25; n >= 1; n -= 2) sum = sum * z * z + 1.0 / n;
+  return exponent * ln_2 + 2 * z * sum;
+}
+
 }  // namespace alces::portable

@@ -10,18 +10,26 @@ bool is_variance(double value) {
   return std::isfinite(value) && value > 0;
 }
 
+// What all axes have in common is not turned: where they are alike costs stay so to the last bit, and LOA's
+// shortest ways are the same for x, y and z.
+Eigen::Matrix3d turned(const Eigen::Vector3d& along_axes, const Eigen::Quaterniond& turn) {
+  const double common = along_axes.minCoeff();
+  const Eigen::Vector3d beyond = along_axes - Eigen::Vector3d::Constant(common);
+  const Eigen::Matrix3d axes = turn.toRotationMatrix();
+  Eigen::Matrix3d covariance = axes * beyond.asDiagonal() * axes.transpose();
+  covariance.diagonal().array() += common;
+  return covariance;
+}
+
 }  // namespace
 
 Eigen::Matrix3d translation_covariance(const EdgeVariance& variance, const Eigen::Quaterniond& axes_from_to) {
-  // What all axes have in common is not turned: where they are alike costs stay so to the last bit, and LOA's
-  // shortest ways are the same for x, y and z.
-  const double common_m2 = std::min({variance.x_m2, variance.y_m2, variance.z_m2});
-  const Eigen::Vector3d beyond_m2(variance.x_m2 - common_m2, variance.y_m2 - common_m2,
-                                  variance.z_m2 - common_m2);
-  const Eigen::Matrix3d turn = axes_from_to.toRotationMatrix();
-  Eigen::Matrix3d covariance_m2 = turn * beyond_m2.asDiagonal() * turn.transpose();
-  covariance_m2.diagonal().array() += common_m2;
-  return covariance_m2;
+  return turned({variance.x_m2, variance.y_m2, variance.z_m2}, axes_from_to);
+}
+
+Eigen::Matrix3d rotation_covariance(const EdgeVariance& variance, const Eigen::Quaterniond& axes_from_to) {
+  const std::array<double, 3>& share = variance.rotation_shares;
+  return turned(variance.rotation_rad2 * Eigen::Vector3d(share[0], share[1], share[2]), axes_from_to);
 }
 
 Status PoseGraph::add_vertex(const Pose& map_from_body) {

@@ -429,6 +429,30 @@ TEST_CASE("the information of a match is symmetric, positive and grows with the 
   for (int i = 0; i < 6; ++i) CHECK(result.information(i, i) > 2 * with_fewer.information(i, i));
 }
 
+TEST_CASE("a direction is held where the data fit nowhere else along it, and only there") {
+  const auto one = [](const IcpScan& scan) { return std::span(&scan, 1); };
+  const Eigen::Vector3d along = Eigen::Vector3d::UnitX();
+  InBlock<Icp> icp(4096U);
+  const Pose at = pose_at(0.4, 0, 1, 0);
+  const auto is_held = [&](const Scene& scene, double least_m, double most_m) {
+    const Scan model(scene.scan(at, 12000, 14, 0.01, 1));
+    const Scan data(scene.scan(at, 12000, 14, 0.01, 2));
+    const IcpScan model_scan = model.at();
+    const IcpScan data_scan = data.at();
+    return icp->is_held(one(model_scan), one(data_scan), Pose{}, along, least_m, most_m, IcpConfig{});
+  };
+  CHECK(is_held(walled_street(), -4, 4));
+  CHECK_FALSE(is_held(corridor(), -4, 4));
+  CHECK(is_held(corridor(), -0.2, 0.25));  // the map knows it better than a fit is wide
+  CHECK_FALSE(is_held(corridor(), 0.5, 0.9));
+
+  SECTION("without a model nothing is held") {
+    const Scan data(corridor().scan(at, 2000, 14, 0.01, 2));
+    const IcpScan data_scan = data.at();
+    CHECK_FALSE(icp->is_held({}, one(data_scan), Pose{}, along, -4, 4, IcpConfig{}));
+  }
+}
+
 TEST_CASE("what lies across long walls says how far along them the data have slid") {
   const Scene street = walled_street();
   const Pose at = pose_at(0.4, 0, 1, 0);

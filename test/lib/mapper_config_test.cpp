@@ -168,7 +168,8 @@ TEST_CASE("settings of the detection, of the search and of the belief that make 
   for (double BeliefConfig::*number :
        {&BeliefConfig::minimum_overlap, &BeliefConfig::maximum_rms_m, &BeliefConfig::maximum_mahalanobis2,
         &BeliefConfig::minimum_wall_fit, &BeliefConfig::small_correction_m, &BeliefConfig::known_m,
-        &BeliefConfig::minimum_fit_share}) {
+        &BeliefConfig::minimum_fit_share, &BeliefConfig::ambiguity_sigmas,
+        &BeliefConfig::free_space_sigmas}) {
     check_refused(belief, number, {not_a_number, inf, -inf, -0.1});
   }
   check_refused(belief, &BeliefConfig::minimum_overlap, {1.1});

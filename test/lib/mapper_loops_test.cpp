@@ -302,7 +302,9 @@ TEST_CASE("between long walls a loop's match does not stay where it slid to") {
         config.close_loops = false;
         config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
         config.belief.maximum_mahalanobis2 = 1e12;
-        config.search_steps = false;  // other starts would find it, too
+        config.search_steps = false;         // other starts would find it, too
+        config.belief.ambiguity_sigmas = 0;  // what the match makes of it, not whether it is believed
+        config.belief.free_space_sigmas = 0;
         config.loop_search.shift_steps = steps;
         MapperBench mapper(config);
         for (std::uint32_t i = 0; i < 10; ++i) {  // there, and once more the same way, after a drift
@@ -337,6 +339,8 @@ TEST_CASE("a loop is not believed when nothing but the ground fits") {
     config.loop_match.degenerate_ratio = 0;                 // so that a few chance pairs are a match
     config.belief.maximum_mahalanobis2 = 1e12;
     config.belief.minimum_wall_fit = minimum_wall_fit;
+    config.belief.ambiguity_sigmas = 0;  // it would refuse, too
+    config.belief.free_space_sigmas = 0;
     MapperBench mapper(config);
     for (std::uint32_t i = 0; i < 10; ++i) {
       const Pose at = pose_at(0.5 * (i % 5), 0, 1, 0);

@@ -28,6 +28,14 @@ void fold(std::uint64_t& digest, double value) {
 
 }  // namespace
 
+TEST_CASE("the logarithm is that of the C library, to 1e-12") {
+  for (double value = 1e-12; value < 1e12; value *= 1.37) {
+    CAPTURE(value);
+    CHECK(portable::logarithm(value) == Approx(std::log(value)).margin(1e-12).epsilon(1e-12));
+  }
+  CHECK(portable::logarithm(1) == Approx(0).margin(1e-12));
+}
+
 TEST_CASE("portable sine, cosine and arc tangent are right to 4e-16") {
   std::mt19937_64 random(1);
   double worst = 0;

@@ -141,6 +141,8 @@ struct FacingFit {
   std::uint32_t fitting = 0;
 };
 
+struct FloatTransform;
+
 class Icp {
  public:
   static constexpr std::uint32_t maximum_model_scans = 16;
@@ -175,6 +177,15 @@ class Icp {
                                             double step_m, std::uint32_t steps, const IcpConfig& config,
                                             std::span<double> shifts_m);
 
+  /// Whether the data lie clearly better on the model than shifted along `direction` to anywhere between
+  /// `least_m` and `most_m`. Asked are the samples whose plane faces along it, and those without a plane, as
+  /// poles and trees are; each place is compared by the samples that lie on the model at one of the two
+  /// places only (McNemar's test, 2 standard deviations). What is nearer than three fit_distance_m is the
+  /// same place. At most 2 * maximum_shift_steps places, spread evenly. Cost: that of facing_fit for each.
+  [[nodiscard]] bool is_held(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                             const Pose& model_from_data, const Eigen::Vector3d& direction, double least_m,
+                             double most_m, const IcpConfig& config);
+
  private:
   struct Direction;
   struct FacingShares;
@@ -197,7 +208,10 @@ class Icp {
   /// Samples spread evenly over those of the scans, as many as there is room for.
   static std::span<Sample> gather(std::span<const IcpScan> scans, std::span<Sample> room);
   std::uint32_t gather_facing(std::span<const IcpScan> data, const Pose& model_from_data,
-                              const Eigen::Vector3d& direction);
+                              const Eigen::Vector3d& direction, bool with_rough);
+  /// Whether a sample lies on one of the model's scans, to within fit_distance_m.
+  [[nodiscard]] static bool is_fitting(const IcpScan& scan, const Sample& sample,
+                                       const FloatTransform& body_from_data, const IcpConfig& config);
   [[nodiscard]] static std::uint32_t count_fitting(std::span<const IcpScan> model,
                                                    std::span<const Sample> points,
                                                    const Pose& model_from_data, const IcpConfig& config);

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "alces/arena.h"
+#include "alces/free_space.h"
 #include "alces/held_directions.h"
 #include "alces/icp.h"
 #include "alces/loop_detector.h"
@@ -46,6 +47,12 @@ struct BeliefConfig {
   double minimum_wall_fit = 0.15;
   double minimum_fit_share = 0.7;   ///< of the fit that is usual on this drive, if l moves by more than that:
   double small_correction_m = 0.5;  ///< of what l sees 15 m away: up to here no walls are asked for
+  /// A loop is refused if the scans fit as well elsewhere along a weak direction, as far as the map can be
+  /// off (this many standard deviations); 0: that is not asked.
+  double ambiguity_sigmas = 3;
+  /// A loop is refused if what both ends see stands in the other's free space, or if nothing has stood there
+  /// before the correction, so that nothing speaks for it (this many standard deviations); 0: not asked.
+  double free_space_sigmas = 2;
 };
 
 /// Where the match of a loop starts beside where the poses say.
@@ -127,6 +134,9 @@ enum class LoopVerdict : std::uint8_t {
   refused_residual,     ///< they came together badly
   refused_walls,        ///< nothing but the ground fits
   refused_fit,          ///< the surfaces fit worse than those of the drive's steps
+  refused_ambiguous,    ///< the scans fit as well elsewhere, and the map cannot tell
+  refused_free_space,   ///< surfaces would stand where the other end looked through
+  refused_needless,     ///< the map does not contradict itself where it is: nothing speaks for the correction
   refused_implausible,  ///< the correction is larger than the accumulated uncertainty explains
   refused_capacity,     ///< no room for the edge
   refused_archive,      ///< a scan of the loop could not be brought back
@@ -149,6 +159,11 @@ struct LoopReport {
   double usual_fit = 0;   ///< of the steps, at the time
   double expected_m = 0;  ///< standard deviation of l's place against f, before
   std::uint32_t iterations = 0;
+  /// Surfaces of one end that stand in free space of the other, as a share of those that the other can tell
+  /// of (FreeSpaceCount::share): where the map had l, where the match has it, and between neighbouring scans.
+  FreeSpaceCount before;
+  FreeSpaceCount after;
+  FreeSpaceCount usual;
   std::uint64_t share_ns = 0;  ///< LOA and sharing out, or the LoopRelaxation; 0 without a clock
 };
 
@@ -328,6 +343,10 @@ class Mapper {
   [[nodiscard]] IcpResult match_shifted(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                         const IcpConfig& config, const IcpPrior* prior,
                                         const IcpResult& match);
+  void look_through(std::uint32_t f, std::uint32_t l, const Pose& f_from_matched, float tolerance_m,
+                    LoopReport& loop);
+  [[nodiscard]] bool is_ambiguous(std::span<const IcpScan> model, std::span<const IcpScan> data,
+                                  const IcpPrior& prior, const IcpResult& match, const IcpConfig& config);
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
@@ -347,6 +366,7 @@ class Mapper {
   ScanStore store_;
   Icp icp_;
   StartSearch start_search_;
+  FreeSpace free_space_;
   PoseGraph graph_;
   LoopDetector detector_;
   LoopTrigger trigger_;
@@ -397,6 +417,8 @@ constexpr MapperConfig MapperConfig::paper() {
   config.belief.minimum_wall_fit = 0;
   config.belief.minimum_fit_share = 0;
   config.belief.known_m = 0;
+  config.belief.ambiguity_sigmas = 0;
+  config.belief.free_space_sigmas = 0;
   return config;
 }
 
@@ -408,6 +430,7 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
                      config.surface, stored_channels}),
       icp_(arena, config.correspondence_capacity),
       start_search_(arena),
+      free_space_(arena),
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
       detector_(arena, config.detector),
       trigger_(config.trigger),

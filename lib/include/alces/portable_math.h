@@ -26,4 +26,7 @@ struct SineCosine {
 /// Plain root of the sum of squares: overflows beyond 1e154.
 [[nodiscard]] double hypot(double x, double y);
 
+/// Natural logarithm of a positive, finite number, to 1e-12.
+[[nodiscard]] double logarithm(double value);
+
 }  // namespace alces::portable

@@ -2,9 +2,10 @@
 // half-edges. Capacity is fixed; inserting is O(1); nothing is ever removed (ELCH needs no removal).
 //
 // Half-edge 2e leaves the edge's `from`, half-edge 2e+1 its `to`: h ^ 1 is the other side of h.
-// Memory: 72 bytes a vertex, 120 bytes an edge.
+// Memory: 72 bytes a vertex, 144 bytes an edge.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,11 +26,17 @@ struct EdgeVariance {
   double y_m2 = 1;
   double z_m2 = 1;
   double rotation_rad2 = 1;
+  /// Of rotation_rad2, about each of these axes: what a chain of edges can be off by depends on it, for a
+  /// scanner of few rings knows its heading ten times better than its tilt. LOA does not ask. They sum to 1.
+  std::array<double, 3> rotation_shares = {1.0 / 3, 1.0 / 3, 1.0 / 3};
 };
 
 /// Covariance (m^2) of the translation along other axes; `axes_from_to` turns the body of `to` into them.
 [[nodiscard]] Eigen::Matrix3d translation_covariance(const EdgeVariance& variance,
                                                      const Eigen::Quaterniond& axes_from_to);
+/// The same of the rotation, rad^2.
+[[nodiscard]] Eigen::Matrix3d rotation_covariance(const EdgeVariance& variance,
+                                                  const Eigen::Quaterniond& axes_from_to);
 
 struct Edge {
   std::uint32_t from = 0;

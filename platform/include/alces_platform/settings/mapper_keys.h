@@ -188,6 +188,10 @@ void visit_mapper(Config& config, Visitor& visit) {
                "of the fit that is usual on the drive");
   visit.number("small_correction_m", config.belief.small_correction_m, 0, 1e3,
                "up to here neither walls nor fit are asked for");
+  visit.number("ambiguity_sigmas", config.belief.ambiguity_sigmas, 0, 100,
+               "how far around the map can be off, where the scans must not fit as well; 0: not asked");
+  visit.number("free_space_sigmas", config.belief.free_space_sigmas, 0, 100,
+               "beyond chance: surfaces in the other end's free space; 0: not asked");
   visit.number("known_m", config.belief.known_m, 0, 1e3, "what the map knows as well already is not matched");
 
   visit.table("sharing", "How the error of a loop is shared out.");
