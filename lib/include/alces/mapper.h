@@ -40,8 +40,9 @@ struct BeliefConfig {
   double known_m = 0.03;
   double minimum_overlap = 0.4;  ///< share of the data's samples that find a correspondence, 0 to 1
   double maximum_rms_m = 0.10;   ///< of the residuals of the match
-  /// Squared length of the correction against the uncertainty accumulated along the loop.
-  double maximum_mahalanobis2 = 25;
+  /// Squared length of the correction against the uncertainty accumulated along the loop: six standard
+  /// deviations, because the errors of steps have heavy tails (a turn among trees, a crowd).
+  double maximum_mahalanobis2 = 36;
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
   /// samples that face along the two weaker directions of the match this share has to lie on the model.
   double minimum_wall_fit = 0.15;

@@ -8,12 +8,10 @@
 #include "alces_offline/candump_lines.h"
 #include "alces_offline/error.h"
 #include "alces_offline/explain_can.h"
-#include "alces_offline/object_dictionary_file.h"
+#include "alces_platform/dictionary/object_dictionary_file.h"
 
 namespace alces::fuzz {
 namespace {
-
-using offline::ObjectDictionaryFile;
 
 ALCES_FUZZ_TARGET(eds) {
   try {
@@ -25,7 +23,7 @@ ALCES_FUZZ_TARGET(eds) {
         (void)file.value(index, sub, 127);
     }
     (void)file.node();
-  } catch (const offline::InputError&) {
+  } catch (const DictionaryError&) {
   }
 }
 
@@ -36,7 +34,7 @@ ALCES_FUZZ_TARGET(explain_can) {
     try {
       dictionary =
           std::make_shared<const ObjectDictionaryFile>(ObjectDictionaryFile::parse(content, "motor.eds"));
-    } catch (const offline::InputError&) {
+    } catch (const DictionaryError&) {
     }
   });
   for_each_file(bytes, {"candump.log"}, [&](std::string_view, std::string_view content) {
