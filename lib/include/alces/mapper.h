@@ -40,9 +40,10 @@ struct BeliefConfig {
   double known_m = 0.03;
   double minimum_overlap = 0.4;  ///< share of the data's samples that find a correspondence, 0 to 1
   double maximum_rms_m = 0.10;   ///< of the residuals of the match
-  /// Squared length of the correction against the uncertainty accumulated along the loop: six standard
-  /// deviations, because the errors of steps have heavy tails (a turn among trees, a crowd).
-  double maximum_mahalanobis2 = 36;
+  /// Squared length of the correction against the uncertainty accumulated along the loop: 6.5 standard
+  /// deviations, because the errors of steps have heavy tails (a turn among trees, a crowd). Less where the
+  /// uncertainty holds many places.
+  double maximum_mahalanobis2 = 42;
   /// Where walls are few, the ground alone gives a good overlap and small residuals anywhere. So of the
   /// samples that face along the two weaker directions of the match this share has to lie on the model.
   double minimum_wall_fit = 0.15;
@@ -88,10 +89,8 @@ struct MapperConfig {
 
   /// Residuals that count little begin early, and pairs are near: what is paired wrongly on the ground is a
   /// wall's foot or a car, always above it, and would pitch every step a little upward.
-  IcpConfig scan_match{.last_distance_limit_m = 0.5F,
-                       .robust_factor = 2.5F,
-                       .robust_scale_m = 0.02F,
-                       .finish_iterations = 8};
+  IcpConfig scan_match{
+      .last_distance_limit_m = 0.5F, .robust_factor = 2.5F, .robust_scale_m = 0.02F, .finish_iterations = 8};
   float pair_reach = 2;  ///< pairs may be this many times the scan's typical spacing apart, or the last limit
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
   MotionUncertainty motion;

@@ -28,7 +28,8 @@ enum class Opcode : std::uint8_t {
   data_end = 0x0f,
   // From 0x80 on opcodes are an application's own: readers that do not know one pass over it.
   index_page = 0x80,  ///< a part of the chunk index: see mcap_writer.h
-  /// CRC (32 bits) of what follows, then the file's first bytes once more, from its magic to its last channel.
+  /// CRC (32 bits) of what follows, then the file's first bytes once more, from its magic to its last
+  /// channel.
   head_copy = 0x81,
 };
 
