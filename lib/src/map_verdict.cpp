@@ -11,11 +11,12 @@ struct Bounds {
   double doubtful;
   double bad;
 };
-constexpr Bounds drift_share{0.01, 0.03};    // expected error over the way driven
+constexpr Bounds drift_share{0.02, 0.05};    // expected error over the way driven
 constexpr Bounds odometry_share{0.02, 0.2};  // of the steps
 constexpr Bounds searched_share{0.5, 1.1};   // of more than a few steps; by itself never bad
 // Tyres wear by a few percent, and wheels skid in bends.
 constexpr double odometry_scale_off = 0.1;
+constexpr double steepest_rad = 0.245;  // 14 deg, a fourth: the steepest streets and ramps have a fifth
 constexpr double allowed_drift_m = 0.5;  // on however short a way
 constexpr std::uint32_t few_steps = 20;
 constexpr std::uint32_t chance = 2;  // revisits, or steps, that mean nothing yet
@@ -50,6 +51,8 @@ const char* text(MapDoubt doubt) {
       return "steps were believed against the odometry, and no loop has confirmed them";
     case MapDoubt::odometry_scale:
       return "the scans see another way driven than the odometry";
+    case MapDoubt::steep:
+      return "it is steeper than vehicles with wheels drive: it may be bent";
     case MapDoubt::weak_steps:
       return "scans whose surfaces fit badly are held by odometry as much as by their match";
     case MapDoubt::searched:
@@ -89,6 +92,7 @@ void judge_map(MapHealth& health) {
   if (health.against_odometry > 0) find(MapDoubt::odometry_contradicted, MapVerdict::doubtful);
   if (std::abs(health.odometry_scale - 1) > odometry_scale_off)
     find(MapDoubt::odometry_scale, MapVerdict::doubtful);
+  if (health.tilt_rad > steepest_rad) find(MapDoubt::steep, MapVerdict::doubtful);
   if (health.weak > 0) find(MapDoubt::weak_steps, MapVerdict::doubtful);
   if (health.found > few_steps) measure(MapDoubt::searched, health.found / steps, searched_share);
 }

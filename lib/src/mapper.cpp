@@ -107,6 +107,12 @@ void Mapper::place(const MotionPrior::Prediction& prediction, const Pose* odomet
                    ScanReport& report) {
   const std::uint64_t begin_ns = now_ns();
   const std::uint32_t n = report.scan;
+  if (odometry_from_body != nullptr) {
+    constexpr double no_tilt = 1e-6;
+    const Eigen::Quaterniond& turn = odometry_from_body->rotation;
+    const bool is_planar = std::abs(turn.x()) < no_tilt && std::abs(turn.y()) < no_tilt;
+    has_planar_odometry_ = is_planar && (n == 0 || has_planar_odometry_);
+  }
   const Step step = n > 0 ? match_step(n, prediction, report) : Step{};
   if (n > 0) {
     const bool is_sure = step.verdict == StepVerdict::believed || step.verdict == StepVerdict::found ||
@@ -153,6 +159,12 @@ MapHealth Mapper::health() const {
   double sigma_sum_m = 0;
   health.odometry_scale = motion_[0].scale();
   for (std::uint32_t scan = 0; scan < health.scans; ++scan) {
+    if (has_planar_odometry_) {  // map_from_body of the first is the identity
+      const Eigen::Quaterniond& turn = graph_.poses()[scan].rotation;
+      const double up = 1 - 2 * (turn.x() * turn.x() + turn.y() * turn.y());
+      health.tilt_rad =
+          std::max(health.tilt_rad, portable::atan2(std::sqrt(std::max(0.0, 1 - up * up)), up));
+    }
     sigma_sum_m += std::sqrt(spreads_[scan].translation_m2);
     const StepVerdict verdict = steps_[scan].verdict;
     if (verdict == StepVerdict::found) ++health.found;
@@ -190,6 +202,7 @@ MapHealth Mapper::health() const {
         break;
       case LoopVerdict::known:
       case LoopVerdict::refused_ambiguous:
+      case LoopVerdict::refused_free_space:  // another place that looks alike
       case LoopVerdict::refused_capacity:
       case LoopVerdict::refused_archive:
         break;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <numbers>
 
 namespace alces::offline {
 namespace {
@@ -44,6 +45,7 @@ Json health_json(const MapHealth& health, const std::vector<std::size_t>& number
           {"steps_against_odometry", health.against_odometry},
           {"steps_weak", health.weak},
           {"odometry_scale", health.odometry_scale},
+          {"tilt_deg", health.tilt_rad * 180 / std::numbers::pi},
           {"loops_closed", health.closed},
           {"revisits", health.revisits},
           {"loops_unmatched", health.unmatched},

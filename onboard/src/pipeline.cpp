@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "alces_onboard/error.h"
@@ -113,6 +114,8 @@ const char* sentence(const MapHealth& health) {
     case MapDoubt::odometry_scale:
       return "the map is doubtful: the scans see another way driven than the odometry; metres a kilometre of "
              "odometry";
+    case MapDoubt::steep:
+      return "the map is doubtful: it is steeper than vehicles with wheels drive; tilt in degrees";
     case MapDoubt::weak_steps:
       return "the map is doubtful: scans whose surfaces fit badly are held by odometry as much as by their "
              "match; "
@@ -139,6 +142,8 @@ std::uint64_t figure(const MapHealth& health) {
       return health.against_odometry;
     case MapDoubt::odometry_scale:
       return static_cast<std::uint64_t>(std::llround(1000 * health.odometry_scale));
+    case MapDoubt::steep:
+      return static_cast<std::uint64_t>(std::llround(health.tilt_rad * 180 / std::numbers::pi));
     case MapDoubt::weak_steps:
       return health.weak;
     case MapDoubt::searched:

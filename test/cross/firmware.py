@@ -10,8 +10,8 @@ import sys
 from itertools import zip_longest
 
 # bytes; about a quarter more than is needed
-LIMITS = {"code and constants": 136 * 1024, "initialised data": 4 * 1024, "zeroed data": 36 * 1024, "arena": 512 * 1024,
-          "stack": 16 * 1024}
+LIMITS = {"code and constants": 184 * 1024, "initialised data": 4 * 1024, "zeroed data": 36 * 1024, "arena": 512 * 1024,
+          "stack": 26 * 1024}
 SECTIONS = {".text": "code and constants", ".ARM.exidx": "code and constants", ".ARM.extab": "code and constants",
             ".data": "initialised data", ".bss": "zeroed data", ".arena": "arena"}
 

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <numbers>
 #include <set>
 #include <string>
 
@@ -72,11 +73,11 @@ TEST_CASE("an expected error counts from half a metre on, as a share of the way"
   };
   CHECK(with(0.49, 1).verdict == MapVerdict::good);  // half of the way, but not half a metre
   CHECK(with(0.51, 10).verdict == MapVerdict::bad);
-  CHECK(with(1.99, 200).verdict == MapVerdict::good);
-  CHECK(with(2.01, 200).verdict == MapVerdict::doubtful);
-  CHECK(with(5.99, 200).verdict == MapVerdict::doubtful);
-  CHECK(with(6.01, 200).verdict == MapVerdict::bad);
-  CHECK(with(6.01, 200).doubt == MapDoubt::drift);
+  CHECK(with(3.99, 200).verdict == MapVerdict::good);
+  CHECK(with(4.01, 200).verdict == MapVerdict::doubtful);
+  CHECK(with(9.99, 200).verdict == MapVerdict::doubtful);
+  CHECK(with(10.01, 200).verdict == MapVerdict::bad);
+  CHECK(with(10.01, 200).doubt == MapDoubt::drift);
 }
 
 TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and bad above half") {
@@ -105,6 +106,18 @@ TEST_CASE("scans that see a tenth more or less of the way than the odometry make
   for (const double scale : {0.84, 0.89, 1.11, 3.0}) {
     CHECK(with(scale).verdict == MapVerdict::doubtful);
     CHECK(with(scale).doubt == MapDoubt::odometry_scale);
+  }
+}
+
+TEST_CASE("a map steeper than a street is doubtful, and a hill is not") {
+  const auto with = [](double deg) {
+    return judged([deg](MapHealth& each) { each.tilt_rad = deg * std::numbers::pi / 180; });
+  };
+  CHECK(with(11).verdict == MapVerdict::good);
+  CHECK(with(13.9).verdict == MapVerdict::good);
+  for (const double deg : {14.1, 40.0}) {
+    CHECK(with(deg).verdict == MapVerdict::doubtful);
+    CHECK(with(deg).doubt == MapDoubt::steep);
   }
 }
 

@@ -97,10 +97,10 @@ void check_map(const Outcome& outcome, double most_m, double most_deg) {
   CHECK(outcome.counters.scans_mapped + outcome.counters.scans_incomplete == outcome.counters.scans);
 }
 
-/// Without odometry a scan keeps the motion of its 1.2 s in it: in a bend 20 deg and 1.3 m. Half of that its
-/// pose may be off; when odometry is back the map is right again.
+/// Without odometry a scan keeps the motion of its 1.2 s in it: in a bend 20 deg and 1.3 m. So much its
+/// pose may be off there, and half as much again of the steps before; when odometry is back the map is right again.
 void check_map_without_odometry(const Outcome& outcome) {
-  check_map(outcome, 1.6, 10);
+  check_map(outcome, 2.1, 10);
   CAPTURE(outcome.end_m, outcome.end_deg);
   CHECK(outcome.end_m < 0.5);
   CHECK(outcome.end_deg < 1.5);
@@ -111,7 +111,7 @@ void check_map_without_odometry(const Outcome& outcome) {
 
 void check_not_off_and_good(const Outcome& outcome) {
   CAPTURE(outcome.worst_m, outcome.end_m);
-  const bool is_off = outcome.worst_m > 1.6 || outcome.end_m > 0.5;
+  const bool is_off = outcome.worst_m > 2.1 || outcome.end_m > 0.5;
   CHECK((!is_off || outcome.health.verdict != MapVerdict::good));
 }
 

@@ -227,9 +227,9 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(table.problems([row(False, "good"), row(True, "bad"), row(True, "doubtful")]), [])
         self.assertEqual(len(table.problems([row(False, "good"), row(True, "good")])), 1)
 
-    def test_nine_in_ten_of_the_right_ones_are_to_be_called_good(self):
+    def test_most_of_the_right_ones_are_to_be_called_good(self):
         self.assertEqual(table.problems([row(False, "good")] * 9 + [row(False, "doubtful")]), [])
-        self.assertEqual(len(table.problems([row(False, "good")] * 8 + [row(False, "doubtful")])), 1)
+        self.assertEqual(len(table.problems([row(False, "good")] * 7 + [row(False, "doubtful")] * 3)), 1)
 
     def test_doubtful_for_everything_fails(self):
         self.assertEqual(len(table.problems([row(False, "doubtful"), row(True, "doubtful")])), 1)

@@ -22,6 +22,7 @@ enum class MapDoubt : std::uint8_t {
   odometry_alone,         ///< too much of the way stands on odometry
   odometry_contradicted,  ///< steps were believed against the odometry, and no loop has confirmed them
   odometry_scale,         ///< the scans see another way driven than the odometry, all along
+  steep,                  ///< the way is steeper than wheels drive, though the odometry is of wheels
   weak_steps,             ///< scans whose surfaces fit badly: odometry holds them as much as the match
   searched,               ///< too many steps had to be searched for
 };
@@ -43,6 +44,9 @@ struct MapHealth {
   std::uint32_t revisits = 0;  ///< visits to earlier places that were closed as loops
   std::uint32_t unmatched = 0;    ///< loops refused because the scans do not fit
   std::uint32_t implausible = 0;  ///< loops refused because the map cannot be off by so much
+  /// The most that a scan is tilted against the first, where the odometry knows no tilt, as that of wheels;
+  /// 0 otherwise.
+  double tilt_rad = 0;
   double length_m = 0;            ///< driven
   double expected_error_m = 0;    ///< of a pose against the first, standard deviation, mean
   /// The scans where the map hangs together worst, the worst first: `weakest_count` of them.

@@ -379,6 +379,7 @@ class Mapper {
   std::span<MotionPrior> motion_;  // one
   UsualFit usual_fit_;
   double driven_m_ = 0;
+  bool has_planar_odometry_ = false;
   std::size_t used_bytes_ = 0;
   std::uint32_t loop_count_ = 0;
   Counters counters_;
