@@ -162,8 +162,7 @@ MapHealth Mapper::health() const {
     if (has_planar_odometry_) {  // map_from_body of the first is the identity
       const Eigen::Quaterniond& turn = graph_.poses()[scan].rotation;
       const double up = 1 - 2 * (turn.x() * turn.x() + turn.y() * turn.y());
-      health.tilt_rad =
-          std::max(health.tilt_rad, portable::atan2(std::sqrt(std::max(0.0, 1 - up * up)), up));
+      health.tilt_rad = std::max(health.tilt_rad, portable::atan2(std::sqrt(std::max(0.0, 1 - up * up)), up));
     }
     sigma_sum_m += std::sqrt(spreads_[scan].translation_m2);
     const StepVerdict verdict = steps_[scan].verdict;

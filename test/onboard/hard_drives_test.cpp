@@ -98,7 +98,8 @@ void check_map(const Outcome& outcome, double most_m, double most_deg) {
 }
 
 /// Without odometry a scan keeps the motion of its 1.2 s in it: in a bend 20 deg and 1.3 m. So much its
-/// pose may be off there, and half as much again of the steps before; when odometry is back the map is right again.
+/// pose may be off there, and half as much again of the steps before; when odometry is back the map is right
+/// again.
 void check_map_without_odometry(const Outcome& outcome) {
   check_map(outcome, 2.1, 10);
   CAPTURE(outcome.end_m, outcome.end_deg);

@@ -47,8 +47,8 @@ struct MapHealth {
   /// The most that a scan is tilted against the first, where the odometry knows no tilt, as that of wheels;
   /// 0 otherwise.
   double tilt_rad = 0;
-  double length_m = 0;            ///< driven
-  double expected_error_m = 0;    ///< of a pose against the first, standard deviation, mean
+  double length_m = 0;          ///< driven
+  double expected_error_m = 0;  ///< of a pose against the first, standard deviation, mean
   /// The scans where the map hangs together worst, the worst first: `weakest_count` of them.
   std::array<std::uint32_t, most_weakest> weakest = {};
   std::uint32_t weakest_count = 0;
