@@ -142,8 +142,8 @@ IcpResult Mapper::match_searched(std::span<const IcpScan> model, std::span<const
   // best of them is matched in full.
   const IcpPrior* const used = config_.use_motion_prior ? &prior : nullptr;
   IcpResult best;
-  const std::array<Start, 1> straight_start{{straight.model_from_data, 1}};
-  (void)try_starts(model, data.back(), straight_start, 0, config, used, best);
+  const Start straight_start{straight.model_from_data, 1};
+  (void)try_starts(model, data.back(), {&straight_start, 1}, 0, config, used, best);
   return try_starts(model, data.back(), std::span(room).first(found), config_.start_search.gain, config, used,
                     best)
              ? icp_.match(model, data, best.model_from_data, config, used)

@@ -156,7 +156,7 @@ TEST_CASE("of several doubts the worst is told, and of equally bad ones one") {
   const MapHealth health = judged([](MapHealth& each) {
     each.on_odometry = 5;  // doubtful
     each.against_odometry = 1;
-    each.expected_error_m = 10;  // bad
+    each.expected_error_m = 11;  // bad
   });
   CHECK(health.verdict == MapVerdict::bad);
   CHECK(health.doubt == MapDoubt::drift);

@@ -229,7 +229,7 @@ class Verdicts(unittest.TestCase):
 
     def test_most_of_the_right_ones_are_to_be_called_good(self):
         self.assertEqual(table.problems([row(False, "good")] * 9 + [row(False, "doubtful")]), [])
-        self.assertEqual(len(table.problems([row(False, "good")] * 7 + [row(False, "doubtful")] * 3)), 1)
+        self.assertEqual(len(table.problems([row(False, "good")] * 6 + [row(False, "doubtful")] * 4)), 1)
 
     def test_doubtful_for_everything_fails(self):
         self.assertEqual(len(table.problems([row(False, "doubtful"), row(True, "doubtful")])), 1)
