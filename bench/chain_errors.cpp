@@ -33,10 +33,11 @@ Matrix6d translation_spread(const Matrix6d& jacobian, const EdgeVariance& v, con
   return jacobian * covariance * jacobian.transpose();
 }
 
-Vector6d rotation_part(const EdgeVariance& v) {
-  Vector6d d = Vector6d::Zero();
-  d.tail<3>().setConstant(v.rotation_rad2 / 3);
-  return d;
+/// The same of its rotation.
+Matrix6d rotation_spread(const Matrix6d& jacobian, const EdgeVariance& v, const Pose& map_from_to) {
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.bottomRightCorner<3, 3>() = rotation_covariance(v, map_from_to.rotation);
+  return jacobian * covariance * jacobian.transpose();
 }
 
 /// Error of the pose of `to` seen from `from`, on the map's axes.
@@ -72,7 +73,7 @@ ChainErrors::ChainErrors(const MatchedDrive& drive) : name_(drive.name), group_(
         const Matrix6d jacobian = carried(drive.poses[end].translation_m - drive.poses[i + 1].translation_m);
         const EdgeVariance& label = drive.edges[i].variance;
         chain.parts[LabelFit::translation] += translation_spread(jacobian, label, drive.poses[i + 1]);
-        chain.parts[LabelFit::rotation] += spread(jacobian, rotation_part(label));
+        chain.parts[LabelFit::rotation] += rotation_spread(jacobian, label, drive.poses[i + 1]);
         chain.parts[LabelFit::step_m2] += spread(jacobian, ones_t);
         chain.parts[LabelFit::step_rad2] += spread(jacobian, ones_r);
         way += drive.edges[i].from_from_to.translation_m.norm() * jacobian;
@@ -81,7 +82,7 @@ ChainErrors::ChainErrors(const MatchedDrive& drive) : name_(drive.name), group_(
       chain.parts[LabelFit::way_rad2] = spread(way, ones_r);
       const EdgeVariance& last = drive.edges[end - 1].variance;
       chain.end_parts = {translation_spread(Matrix6d::Identity(), last, drive.poses[end]),
-                         spread(Matrix6d::Identity(), rotation_part(last))};
+                         rotation_spread(Matrix6d::Identity(), last, drive.poses[end])};
       chains_[index].push_back(chain);
     }
   }

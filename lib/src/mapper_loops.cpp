@@ -17,8 +17,8 @@ bool is_found(const IcpResult& match) {
 
 // The less the map knows, the more places there are that l may be at, and the more of them look alike: a
 // given correction becomes less likely with the volume of the uncertainty. Its logarithm, in units of the
-// squared Mahalanobis length; places within a metre of each other are one,
-// and no more are offered than lie in the detector's reach.
+// squared Mahalanobis length; places within a metre of each other are one, and no
+// more are offered than lie in the detector's reach.
 double log_places(const Matrix6d& uncertainty, double reach_m) {
   const Eigen::Matrix3d place_m2 = uncertainty.topLeftCorner<3, 3>();
   double sum = 0;

@@ -8,7 +8,7 @@
 // The samples ask the model's scans in turn, so that a metascan costs no more than one scan and need not be
 // merged.
 //
-// Time: at most iterations x samples nearest-neighbour queries.
+// Time: at most (iterations and those that finish) x samples nearest-neighbour queries.
 // Memory: 56 bytes a correspondence of capacity.
 #pragma once
 
@@ -64,8 +64,9 @@ struct IcpConfig {
   /// Half of the samples are the model's, and ask the data: what is paired wrongly where one side sees more
   /// densely than the other pulls both ways then, and does not add up over a drive. Surface metric only.
   bool both_ways = true;
-  /// Surface metric: what has converged goes on for at most so many iterations with all samples of the data,
-  /// robust weights of this factor, and along directions that are well held only. 0: it does not.
+  /// Surface metric: what has converged, with half of the surfaces on each other, goes on for at most so many
+  /// iterations with all samples of the data, robust weights of this factor, and along directions that are
+  /// well held only. 0: it does not. The other figures of the result are those of before.
   std::uint32_t finish_iterations = 0;
   float finish_robust_factor = 2.0F;
 };
