@@ -42,6 +42,12 @@ bool is_clearly_more(const FreeSpaceCount& more, const FreeSpaceCount& less, dou
   return more.share() - less.share() > sigmas * std::sqrt(variance(more) + variance(less));
 }
 
+bool lies_apart(const FreeSpaceCount& count, const FreeSpaceCount& usual, double sigmas) {
+  const std::uint32_t told = count.known() + count.hidden;
+  const bool tells_enough = told > 0 && 2 * told >= usual.known() + usual.hidden;
+  return tells_enough && count.hidden > count.known() && !is_clearly_more(count, usual, sigmas);
+}
+
 void FreeSpace::look(const KdTree& scan) {
   constexpr float least_range_m = 1e-3F;
   std::ranges::fill(ranges_m_, unseen);
@@ -95,6 +101,8 @@ FreeSpaceCount FreeSpace::count(const KdTree& scan, std::span<const SurfaceSampl
       ++count.standing;
     } else if (range_m <= ranges_m_[index] + tolerance_m) {
       ++count.agreeing;
+    } else {
+      ++count.hidden;
     }
   }
   return count;

@@ -225,13 +225,16 @@ void Icp::find_nearest(Sample& point, std::uint32_t scan, const KdTree& tree, co
 struct Icp::Direction {
   std::span<Sample> samples;
   std::span<const IcpScan> asked;
-  bool of_model = false;  // whose samples these are
+  bool of_model = false;     // whose samples these are
+  std::uint32_t groups = 1;  // that `asked` is dealt into: samples ask them in turn
   std::array<FloatTransform, maximum_model_scans> asked_from_body;
   std::array<FloatTransform, maximum_model_scans> body_from_samples;  // at the pose of `place`
   FloatTransform model_from_data;
 
-  Direction(std::span<Sample> own, std::span<const IcpScan> others, bool is_of_model)
+  Direction(std::span<Sample> own, std::span<const IcpScan> others, bool is_of_model, const IcpConfig& config)
       : samples(own), asked(others), of_model(is_of_model) {
+    const auto count = static_cast<std::uint32_t>(asked.size());
+    groups = config.groups == 0 ? count : std::min(config.groups, count);
     for (std::size_t k = 0; k < asked.size(); ++k)
       asked_from_body[k] = FloatTransform(asked[k].side_from_body);
   }
@@ -252,11 +255,32 @@ struct Icp::Direction {
     if (of_model) return {model_from_data * found, sample.point, sample.normal};
     return {model_from_data * sample.point, found, model_from_data.rotate(sample.normal)};
   }
-  /// Finds the sample's partner in its k-th scan, or none. False: it was seen from the other side.
-  [[nodiscard]] bool ask(Sample& sample, std::uint32_t k, float limit_m, const IcpConfig& config) const {
-    find_nearest(sample, k, *asked[k].tree, body_from_samples[k] * sample.point, limit_m);
+  /// Finds the i-th sample's partner among the scans that it asks, or none. False: it was seen from the other
+  /// side.
+  [[nodiscard]] bool ask(Sample& sample, std::size_t i, float limit_m, const IcpConfig& config) const {
+    const auto first = static_cast<std::uint32_t>(i % groups);
+    if (first + groups >= asked.size()) {
+      find_nearest(sample, first, *asked[first].tree, body_from_samples[first] * sample.point, limit_m);
+    } else {
+      find_nearest_in_group(sample, first, limit_m);
+    }
     const bool looks_at_sides = config.metric == IcpMetric::surface && config.same_side;
     return !(looks_at_sides && sample.nearest != Neighbor::none && is_seen_from_behind(sample));
+  }
+  // The nearest of all scans of a group.
+  void find_nearest_in_group(Sample& sample, std::uint32_t first, float limit_m) const {
+    float least_m2 = limit_m * limit_m;
+    sample.nearest = Neighbor::none;
+    for (std::uint32_t scan = first; scan < asked.size(); scan += groups) {
+      const Point place = body_from_samples[scan] * sample.point;
+      float others_m2 = 0;
+      const std::uint32_t index = asked[scan].tree->nearest(place, least_m2, Neighbor::none, others_m2).index;
+      if (index == Neighbor::none) continue;
+      const Point error_m = asked[scan].tree->point(index) - place;
+      least_m2 = dot(error_m, error_m);
+      sample.scan = scan;
+      sample.nearest = index;
+    }
   }
   void add(const Sample& sample, bool has_planes, Minimizer& minimizer) const {
     const Pair found = pair(sample);
@@ -326,8 +350,8 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
   const bool has_planes = config.metric == IcpMetric::surface;
   const std::size_t of_data = has_planes && config.both_ways ? (total + 1) / 2 : total;
   std::array<Direction, 2> directions = {
-      Direction(gather(data, samples_.first(of_data)), model, false),
-      Direction(gather(model, samples_.subspan(of_data, total - of_data)), data, true)};
+      Direction(gather(data, samples_.first(of_data)), model, false, config),
+      Direction(gather(model, samples_.subspan(of_data, total - of_data)), data, true, config)};
 
   float limit_m = config.first_distance_limit_m;
   float scale_m = 0;  // of the robust weights: follows the residuals down
@@ -344,9 +368,8 @@ IcpResult Icp::match(std::span<const IcpScan> model, std::span<const IcpScan> da
       direction.place(result.model_from_data);
       const std::uint32_t found_before = minimizer.count;
       for (std::size_t i = 0; i < direction.samples.size(); i += stride) {
-        const auto k = static_cast<std::uint32_t>((i / stride) % direction.asked.size());
         ++result.queries;
-        if (!direction.ask(direction.samples[i], k, limit_m, config)) {
+        if (!direction.ask(direction.samples[i], i / stride, limit_m, config)) {
           ++result.behind;
         } else if (direction.samples[i].nearest != Neighbor::none) {
           direction.add(direction.samples[i], has_planes, minimizer);
@@ -422,16 +445,15 @@ void Icp::finish(std::span<const IcpScan> model, std::span<const IcpScan> data, 
                  const IcpPrior* prior, IcpResult& result) {
   // Between long walls it would slide: what the match left nearly open stays as it is.
   constexpr double least_ratio = 3e-3;
-  Direction direction(gather(data, samples_), model, false);
+  Direction direction(gather(data, samples_), model, false, config);
   IcpResult finished = result;  // of it only the pose is kept: how sure a match is, is known of the match
   for (std::uint32_t iteration = 0; iteration < config.finish_iterations; ++iteration) {
     Minimizer minimizer(config, std::max(config.robust_scale_m,
                                          config.finish_robust_factor * static_cast<float>(finished.rms_m)));
     direction.place(finished.model_from_data);
     for (std::size_t i = 0; i < direction.samples.size(); ++i) {
-      const auto k = static_cast<std::uint32_t>(i % direction.asked.size());
       Sample& sample = direction.samples[i];
-      if (direction.ask(sample, k, config.last_distance_limit_m, config) && sample.nearest != Neighbor::none)
+      if (direction.ask(sample, i, config.last_distance_limit_m, config) && sample.nearest != Neighbor::none)
         direction.add(sample, true, minimizer);
     }
     if (minimizer.count < config.minimum_correspondences) return;

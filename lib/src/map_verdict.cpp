@@ -14,8 +14,8 @@ struct Bounds {
 constexpr Bounds drift_share{0.02, 0.05};    // expected error over the way driven
 constexpr Bounds odometry_share{0.02, 0.2};  // of the steps
 constexpr Bounds searched_share{0.5, 1.1};   // of more than a few steps; by itself never bad
-// Tyres wear by a few percent, and wheels skid in bends.
-constexpr double odometry_scale_off = 0.1;
+// Tyres wear by a few percent, and wheels skid in bends. Far off it is the scans that slide or stand.
+constexpr Bounds odometry_scale_off{0.1, 0.3};
 constexpr double steepest_rad = 0.245;   // 14 deg, a fourth: the steepest streets and ramps have a fifth
 constexpr double allowed_drift_m = 0.5;  // on however short a way
 constexpr std::uint32_t few_steps = 20;
@@ -80,7 +80,7 @@ void judge_map(MapHealth& health) {
   if (health.parts > 1) find(MapDoubt::parts, MapVerdict::bad);
   if (health.unmatched > chance) {
     // Places that look alike elsewhere are refused as implausible, and say nothing against the map.
-    const bool is_rule = 2 * health.unmatched > health.closed + health.implausible;
+    const bool is_rule = 3 * health.unmatched > health.closed + health.implausible;
     const bool is_much = 10 * health.unmatched > health.closed + health.implausible;
     if (is_rule || is_much)
       find(MapDoubt::unmatched_revisits, is_rule ? MapVerdict::bad : MapVerdict::doubtful);
@@ -90,8 +90,7 @@ void judge_map(MapHealth& health) {
   if (health.on_odometry > chance)
     measure(MapDoubt::odometry_alone, health.on_odometry / steps, odometry_share);
   if (health.against_odometry > 0) find(MapDoubt::odometry_contradicted, MapVerdict::doubtful);
-  if (std::abs(health.odometry_scale - 1) > odometry_scale_off)
-    find(MapDoubt::odometry_scale, MapVerdict::doubtful);
+  measure(MapDoubt::odometry_scale, std::abs(health.odometry_scale - 1), odometry_scale_off);
   if (health.tilt_rad > steepest_rad) find(MapDoubt::steep, MapVerdict::doubtful);
   if (health.weak > 0) find(MapDoubt::weak_steps, MapVerdict::doubtful);
   if (health.found > few_steps) measure(MapDoubt::searched, health.found / steps, searched_share);

@@ -253,6 +253,18 @@ double Mapper::known_m() const {
   return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve) / left;
 }
 
+// Whether the two ends came together: closed, or why not.
+LoopVerdict Mapper::judge_fit(const IcpResult& match, const LoopReport& loop) const {
+  const BeliefConfig& belief = config_.belief;
+  if (!is_found(match)) return LoopVerdict::refused_no_match;
+  if (match.overlap < belief.minimum_overlap) return LoopVerdict::refused_overlap;
+  if (match.rms_m > belief.maximum_rms_m) return LoopVerdict::refused_residual;
+  if (moved_m(loop) <= belief.small_correction_m) return LoopVerdict::closed;
+  if (loop.wall_fit < belief.minimum_wall_fit) return LoopVerdict::refused_walls;
+  if (loop.fit < belief.minimum_fit_share * loop.usual_fit) return LoopVerdict::refused_fit;
+  return LoopVerdict::closed;
+}
+
 void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
                         StageTimes& times) {
   const std::uint32_t f = candidate.first;
@@ -305,26 +317,14 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   const Pose map_from_matched = map_from_f * match.model_from_data;
   loop.correction_m = (map_from_matched.translation_m - map_from_l.translation_m).norm();
   loop.correction_rad = angle_between_rad(map_from_matched.rotation, map_from_l.rotation);
-  if (!is_found(match)) {
-    loop.verdict = LoopVerdict::refused_no_match;
-    return;
-  }
-  if (match.overlap < config_.belief.minimum_overlap) {
-    loop.verdict = LoopVerdict::refused_overlap;
-    return;
-  }
-  if (match.rms_m > config_.belief.maximum_rms_m) {
-    loop.verdict = LoopVerdict::refused_residual;
-    return;
-  }
-  loop.wall_fit = wall_fit(std::span(model).first(model_count), data[data_count - 1], match);
-  if (moved_m(loop) > config_.belief.small_correction_m && loop.wall_fit < config_.belief.minimum_wall_fit) {
-    loop.verdict = LoopVerdict::refused_walls;
-    return;
-  }
-  if (moved_m(loop) > config_.belief.small_correction_m &&
-      loop.fit < config_.belief.minimum_fit_share * loop.usual_fit) {
-    loop.verdict = LoopVerdict::refused_fit;
+  if (is_found(match))
+    loop.wall_fit = wall_fit(std::span(model).first(model_count), data[data_count - 1], match);
+  loop.verdict = judge_fit(match, loop);
+  if (loop.verdict != LoopVerdict::closed) {
+    if (config_.belief.free_space_sigmas > 0) {
+      look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
+      loop.lies_apart = lies_apart(loop.before, loop.usual, config_.belief.free_space_sigmas);
+    }
     return;
   }
   if (config_.belief.free_space_sigmas > 0 && moved_m(loop) > config_.belief.small_correction_m) {
@@ -389,6 +389,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   }
   spreads_[l] = spreads_[f];
   for (std::uint32_t scan = f + 1; scan <= l; ++scan) {  // both sides of a break hang together now
+    steps_[scan].is_spanned = true;
     if (steps_[scan].verdict == StepVerdict::apart) steps_[scan].verdict = StepVerdict::rejoined;
     if (steps_[scan].verdict == StepVerdict::against_odometry) steps_[scan].verdict = StepVerdict::found;
   }

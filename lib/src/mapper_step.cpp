@@ -31,19 +31,21 @@ EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior) const 
   PairCovariance covariance = config_.label_with_appendix_a
                                   ? appendix_a(match.sums)
                                   : from_curvature(match, config_.scan_match.uncertainty, prior);
-  if (match.verdict == IcpVerdict::iteration_limit)
-    covariance.covariance *= config_.edge_uncertainty.unconverged_factor;
-  if (config_.judge_steps) {  // what fits worse than usual is less sure
+  // What did not come to rest is less sure, and so is what fits worse than usual; one is often the other.
+  double factor =
+      match.verdict == IcpVerdict::iteration_limit ? config_.edge_uncertainty.unconverged_factor : 1.0;
+  if (config_.judge_steps) {
     const double shortfall = std::max(1.0, usual_fit_.fit() / std::max(match.balanced_fit, 0.05));
-    covariance.covariance *= shortfall * shortfall * shortfall * shortfall;
+    factor = std::max(factor, shortfall * shortfall * shortfall * shortfall);
   }
+  covariance.covariance *= factor;
   return edge_variance(covariance, match.model_from_data, config_.edge_uncertainty);
 }
 
 // Without an odometry the motion within a scan is still in it. Where that is much, surfaces fit less than
 // usual, and the step is off by a share of its own motion.
 void Mapper::widen_for_motion_within(const IcpResult& match, EdgeVariance& variance) const {
-  const double lost = std::clamp(1.0 - match.balanced_fit / usual_fit_.fit(), 0.0, 1.0);
+  const double lost = usual_fit_.lost(match.balanced_fit);
   constexpr double share =
       2;  // of the motion, by the square of the fit that is lost: bends of simulated drives
   const double off2 = share * share * lost * lost * lost * lost;
@@ -67,7 +69,7 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
   IcpResult match;
   match.model_from_data = prediction.last_from_next;
   StepDoubt doubt = StepDoubt::no_match;
-  const double usual_fit = usual_fit_.fit();
+  const UsualFit usual_fit = usual_fit_;
   bool was_searched = false;
   bool contradicts_odometry = false;
   const auto match_to = [&](std::uint32_t first) {
@@ -81,6 +83,17 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     const IcpConfig config = step_config(prediction, newest.spacing);
     match = icp_.match(model, {&data, 1}, prediction.last_from_next, config, used_prior);
     doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
+    constexpr double a_little = 0.9;
+    if (!prediction.from_odometry && match.balanced_fit < a_little * usual_fit_.fit()) {
+      // Mostly a vehicle goes on as it went, and pairs from far off may have led away from there.
+      IcpConfig near = config;
+      near.first_distance_limit_m = near.last_distance_limit_m;
+      const IcpResult as_it_went = icp_.match(model, {&data, 1}, prediction.last_from_next, near, used_prior);
+      if (as_it_went.balanced_fit > match.balanced_fit + config_.start_search.gain) {
+        match = as_it_went;
+        doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
+      }
+    }
     const bool is_doubted = doubt != StepDoubt::none;
     if (is_doubted && config_.search_steps) {
       was_searched = search_step(model, data, map_from_last, prediction, config, match);
@@ -88,7 +101,6 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     }
     // An odometry that has frozen holds a match where it stands, and what is seen from there fits a little
     // worse.
-    constexpr double a_little = 0.9;
     const double expected_fit = (is_doubted ? 1.0 : a_little) * usual_fit_.fit();
     if (config_.search_steps && prediction.from_odometry &&
         (doubt != StepDoubt::none || match.balanced_fit < expected_fit)) {
@@ -100,7 +112,7 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
   };
   // After a break the scans before it show another place, where they lie by chance: they are asked only if
   // those since then do not know the scan, which one scan in a cloud of steam does not.
-  const std::uint32_t first = n - std::min(n, config_.model_scans);
+  const std::uint32_t first = model_begin(n);
   std::uint32_t since_break = n - 1;
   while (since_break > first && steps_[since_break].verdict != StepVerdict::apart) --since_break;
   match_to(since_break);
@@ -124,7 +136,7 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     step.variance =
         edge_variance({true, Vector6d::Zero(), 0, prior.covariance}, turn, config_.edge_uncertainty);
   }
-  step.support = match.overlap * match.balanced_fit / usual_fit;
+  step.support = match.overlap * (1 - usual_fit.lost(match.balanced_fit));
   report.match = match.verdict;
   report.iterations = match.iterations;
   report.correspondences = match.correspondences;
@@ -141,10 +153,36 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
   return step;
 }
 
+// The first scan that scan n is matched to.
+std::uint32_t Mapper::model_begin(std::uint32_t n) {
+  // From farther off than this share of the range, surfaces are seen from another side.
+  constexpr float near_share = 0.5F;
+  std::uint32_t begin = n - std::min(n, config_.model_scans);
+  const std::uint32_t most = std::min(maximum_metascan, config_.cache_slots - 1);
+  std::uint32_t points = 0;
+  float near_m = 0;
+  StoredScan stored;
+  const std::span<const Pose> poses = graph_.poses();
+  for (std::uint32_t scan = n; scan-- > 0;) {
+    const bool is_more = scan < begin;
+    if (is_more) {
+      const bool is_wanted = points < config_.model_points && n - scan <= most;
+      const double way_m = (poses[n - 1].translation_m - poses[scan].translation_m).norm();
+      if (!is_wanted || way_m > static_cast<double>(near_m)) break;
+    }
+    if (store_.load(scan, stored) != Status::ok) break;
+    if (is_more) begin = scan;
+    points += stored.tree->size();
+    if (near_m == 0) near_m = near_share * stored.spacing.typical_range_m;
+  }
+  return begin;
+}
+
 // How far pairs may be apart: at first as far as the prediction can be off, at last as far as points of one
 // surface are.
 IcpConfig Mapper::step_config(const MotionPrior::Prediction& prediction, const ScanSpacing& spacing) const {
   IcpConfig config = config_.scan_match;
+  config.groups = config_.model_scans;
   config.last_distance_limit_m =
       std::max(config.last_distance_limit_m, config_.pair_reach * spacing.typical_m);
   if (config_.use_motion_prior) {

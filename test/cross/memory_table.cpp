@@ -24,6 +24,7 @@ MapperConfig microcontroller() {
   MapperConfig config = MapperConfig::standard();
   config.loop_capacity = 8;
   config.model_scans = 1;
+  config.model_points = 0;
   config.voxel.cell_capacity = 512;
   config.surface.sample_capacity = 96;
   config.correspondence_capacity = 800;

@@ -64,6 +64,21 @@ TEST_CASE("what lies behind a wall says nothing, however many surfaces there are
   const FreeSpaceCount count = seen(one, next_door, pose_at(0, 30, 0, 0));
   CHECK(count.known() == 0);
   CHECK(count.share() == 0);
+  CHECK(count.hidden > 800);
+}
+
+TEST_CASE("rooms that do not see each other lie apart; one room, and walls in the way, do not") {
+  const SampledScan one = scan_at(Pose{}, 1);
+  const SampledScan other = scan_at(Pose{}, 2);
+  const FreeSpaceCount usual = seen(one, other, Pose{});
+  CHECK_FALSE(lies_apart(usual, usual, 3));
+  CHECK(lies_apart(seen(one, other, pose_at(0, 30, 0, 0)), usual, 3));  // next door but one
+  CHECK(lies_apart(seen(one, other, pose_at(-40, 5, 0, 90)), usual, 3));
+  for (const Pose& wrong : {pose_at(2.5, 0, 0, 0), pose_at(0, -2, 0, 0), pose_at(0, 0, 0, 40)})
+    CHECK_FALSE(lies_apart(seen(one, other, wrong), usual, 3));
+  CHECK_FALSE(lies_apart({0, 0, 0}, usual, 3));    // nothing is known
+  CHECK_FALSE(lies_apart({0, 0, 100}, usual, 3));  // or too little
+  CHECK_FALSE(lies_apart({0, 0, 0}, {0, 0, 0}, 3));
 }
 
 TEST_CASE("directions in which nothing was seen say nothing") {
@@ -99,8 +114,8 @@ TEST_CASE("an empty view, and no samples, give no count") {
 }
 
 TEST_CASE("a share from few samples is no proof, the same share from many is") {
-  CHECK_FALSE(is_clearly_more({20, 5}, {30, 0}, 2));
-  CHECK(is_clearly_more({2000, 500}, {3000, 0}, 2));
-  CHECK_FALSE(is_clearly_more({0, 0}, {0, 0}, 0));
-  CHECK_FALSE(is_clearly_more({1000, 20}, {1000, 20}, 0));
+  CHECK_FALSE(is_clearly_more({20, 5, 0}, {30, 0, 0}, 2));
+  CHECK(is_clearly_more({2000, 500, 0}, {3000, 0, 0}, 2));
+  CHECK_FALSE(is_clearly_more({0, 0, 0}, {0, 0, 0}, 0));
+  CHECK_FALSE(is_clearly_more({1000, 20, 0}, {1000, 20, 0}, 0));
 }

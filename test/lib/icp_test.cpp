@@ -314,6 +314,33 @@ TEST_CASE("several model scans, each seeing a part, carry a match together") {
   CHECK(result.queries == 4096);
 }
 
+TEST_CASE("dealt into groups, sparse model scans fill each other's gaps") {
+  std::list<Scan> parts;
+  std::vector<IcpScan> model;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {  // of one place: 300 points each
+    parts.emplace_back(room().scan(pose_at(0, 0, 1, 0), 300, 12, 0.005, seed), 300);
+    model.push_back(parts.back().at());
+  }
+  const Scan data(room().scan(pose_at(0.3, -0.2, 1, 4), 3000, 12, 0.005, 9), 1024);
+  const IcpScan data_scan = data.at();
+  const auto matched = [&](std::uint32_t groups) {
+    IcpConfig config;
+    config.metric = IcpMetric::point_to_point;  // gaps count in full
+    config.both_ways = false;
+    config.maximum_iterations = 60;
+    config.groups = groups;
+    InBlock<Icp> icp(4096U);
+    return icp->match(model, {&data_scan, 1}, pose_at(0.25, -0.15, 0, 3), config);
+  };
+  const IcpResult apart = matched(0);
+  CHECK(is_same(apart.model_from_data, matched(6).model_from_data));  // each a group of its own
+  CHECK(is_same(apart.model_from_data, matched(100).model_from_data));
+  const IcpResult together = matched(1);
+  CAPTURE(apart.rms_m, together.rms_m);
+  CHECK(together.rms_m < 0.6 * apart.rms_m);
+  CHECK(matched(3).rms_m < 0.9 * apart.rms_m);
+}
+
 TEST_CASE("the searches that a match spares change no bit of what a row of single iterations gives") {
   const Scene scene = street();
   std::list<Scan> parts;

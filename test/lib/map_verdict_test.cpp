@@ -80,7 +80,7 @@ TEST_CASE("an expected error counts from half a metre on, as a share of the way"
   CHECK(with(10.01, 200).doubt == MapDoubt::drift);
 }
 
-TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and bad above half") {
+TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and bad above a third") {
   const auto with = [](std::uint32_t unmatched, std::uint32_t closed, std::uint32_t implausible) {
     return judged([&](MapHealth& health) {
              health.unmatched = unmatched;
@@ -93,20 +93,21 @@ TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and 
   CHECK(with(3, 0, 0) == MapVerdict::bad);
   CHECK(with(10, 100, 0) == MapVerdict::good);
   CHECK(with(11, 100, 0) == MapVerdict::doubtful);
-  CHECK(with(50, 100, 0) == MapVerdict::doubtful);
-  CHECK(with(51, 100, 0) == MapVerdict::bad);
+  CHECK(with(33, 100, 0) == MapVerdict::doubtful);
+  CHECK(with(34, 100, 0) == MapVerdict::bad);
   CHECK(with(10, 0, 100) == MapVerdict::good);  // places that look alike say nothing against the map
 }
 
-TEST_CASE("scans that see a tenth more or less of the way than the odometry make a map doubtful") {
+TEST_CASE("scans that see a tenth more or less of the way than the odometry make a map doubtful, a third bad") {
   const auto with = [](double scale) {
     return judged([&](MapHealth& health) { health.odometry_scale = scale; });
   };
   for (const double scale : {0.91, 1.0, 1.09}) CHECK(with(scale).verdict == MapVerdict::good);
-  for (const double scale : {0.84, 0.89, 1.11, 3.0}) {
+  for (const double scale : {0.71, 0.89, 1.11, 1.29}) {
     CHECK(with(scale).verdict == MapVerdict::doubtful);
     CHECK(with(scale).doubt == MapDoubt::odometry_scale);
   }
+  for (const double scale : {0.01, 0.69, 1.31, 3.0}) CHECK(with(scale).verdict == MapVerdict::bad);
 }
 
 TEST_CASE("a map steeper than a street is doubtful, and a hill is not") {

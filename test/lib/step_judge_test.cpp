@@ -138,6 +138,18 @@ TEST_CASE("what is usual follows the steps of the drive, the first ones fast") {
   CHECK(usual.fit() == Approx(0.6).margin(0.03));
 }
 
+TEST_CASE("what a fit lacks of the usual one counts the more the more steps have shown what is usual") {
+  UsualFit usual;
+  CHECK(usual.lost(0.1) == 0);  // nothing has been seen yet
+  usual.learn(0.6);
+  const double early = usual.lost(0.3);
+  for (int i = 0; i < 200; ++i) usual.learn(0.6);
+  CHECK(early == Approx(0.5 / 4));
+  CHECK(usual.lost(0.3) == Approx(0.5).margin(0.04));
+  CHECK(usual.lost(0.7) == 0);
+  CHECK(usual.lost(0) <= 1);
+}
+
 TEST_CASE("every verdict and every doubt has words of its own") {
   std::set<std::string> words;
   for (const StepVerdict verdict :

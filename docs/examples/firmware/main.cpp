@@ -20,6 +20,7 @@ constexpr alces::MapperConfig config() {
   small.scan_capacity = 64;
   small.loop_capacity = 8;
   small.model_scans = 1;
+  small.model_points = 0;
   small.voxel.cell_size_m = 0.8F;
   small.voxel.maximum_range_m = 12;
   small.voxel.cell_capacity = 512;

@@ -22,16 +22,18 @@
 
 namespace alces {
 
-/// How samples of one scan stand in the view of another. Those behind what was seen, and those where nothing
-/// was seen, are in neither number.
+/// How samples of one scan stand in the view of another. Those where nothing was seen are in no number.
 struct FreeSpaceCount {
   std::uint32_t agreeing = 0;  ///< about as far as what was seen there
   std::uint32_t standing = 0;  ///< clearly before it: in free space
+  std::uint32_t hidden = 0;    ///< clearly behind it
 
   void add(const FreeSpaceCount& other) {
     agreeing += other.agreeing;
     standing += other.standing;
+    hidden += other.hidden;
   }
+  /// Of those in sight: what the viewer can tell of.
   [[nodiscard]] std::uint32_t known() const { return agreeing + standing; }
   /// 0 where nothing is known.
   [[nodiscard]] double share() const { return known() == 0 ? 0.0 : static_cast<double>(standing) / known(); }
@@ -40,6 +42,11 @@ struct FreeSpaceCount {
 /// Whether the share of `more` is larger than that of `less` beyond chance: by so many standard deviations of
 /// their difference. Samples of one surface stand or fall together, so that ten of them count as one.
 [[nodiscard]] bool is_clearly_more(const FreeSpaceCount& more, const FreeSpaceCount& less, double sigmas);
+
+/// Whether the scans are of two places that do not see each other, as floors and parallel corridors are: most
+/// of what one saw lies behind what the other saw, and no more of it stands in free space than is `usual`
+/// between neighbours. False where the views tell too little.
+[[nodiscard]] bool lies_apart(const FreeSpaceCount& count, const FreeSpaceCount& usual, double sigmas);
 
 class FreeSpace {
  public:

@@ -64,6 +64,10 @@ struct IcpConfig {
   /// Half of the samples are the model's, and ask the data: what is paired wrongly where one side sees more
   /// densely than the other pulls both ways then, and does not add up over a drive. Surface metric only.
   bool both_ways = true;
+  /// Samples ask the other side's scans in turn, so that many scans take no longer than one. They are dealt
+  /// into so many groups first, and a sample asks a group for the nearest: sparse scans fill each other's
+  /// gaps. 0: each scan is a group. Mapper's steps: model_scans.
+  std::uint32_t groups = 0;
   /// Surface metric: what has converged, with half of the surfaces on each other, goes on for at most so many
   /// iterations with all samples of the data, robust weights of this factor, and along directions that are
   /// well held only. 0: it does not. The other figures of the result are those of before.

@@ -37,13 +37,14 @@ struct MapHealth {
   std::uint32_t found = 0;             ///< steps that had to be searched for
   std::uint32_t on_odometry = 0;       ///< steps on odometry alone
   std::uint32_t against_odometry = 0;  ///< steps that were believed against it, and that no loop spans
-  std::uint32_t weak = 0;      ///< steps believed, though few of their samples find a partner and fit it
+  /// Steps believed, though few of their samples find a partner and fit it, and that no loop spans.
+  std::uint32_t weak = 0;
   double odometry_scale = 1;   ///< metres driven a metre of the odometry, as the scans see it; 1: no odometry
   std::uint32_t parts = 1;     ///< of the map, that nothing joins
   std::uint32_t closed = 0;    ///< loops
   std::uint32_t revisits = 0;  ///< visits to earlier places that were closed as loops
-  std::uint32_t unmatched = 0;    ///< loops refused because the scans do not fit
-  std::uint32_t implausible = 0;  ///< loops refused because the map cannot be off by so much
+  std::uint32_t unmatched = 0;    ///< loops refused because the scans do not fit, though they should
+  std::uint32_t implausible = 0;  ///< loops refused because the places are others that look alike
   /// The most that a scan is tilted against the first, where the odometry knows no tilt, as that of wheels;
   /// 0 otherwise.
   double tilt_rad = 0;

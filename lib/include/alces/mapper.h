@@ -93,6 +93,9 @@ struct MapperConfig {
       .last_distance_limit_m = 0.5F, .robust_factor = 2.5F, .robust_scale_m = 0.02F, .finish_iterations = 8};
   float pair_reach = 2;  ///< pairs may be this many times the scan's typical spacing apart, or the last limit
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
+  /// Sparse scans have gaps that those before them fill: the model takes more of them while it has fewer
+  /// points than this, as far as the vehicle has not gone on, and as there are slots. 0: never.
+  std::uint32_t model_points = 12000;
   MotionUncertainty motion;
   bool use_motion_prior = true;  ///< the prediction holds a match where the scans leave it open
   float longest_reach_m = 6;     ///< pairs of a first iteration, however far predictions are off
@@ -164,6 +167,9 @@ struct LoopReport {
   FreeSpaceCount before;
   FreeSpaceCount after;
   FreeSpaceCount usual;
+  /// Refused, and where the map has them the two ends do not see each other (alces::lies_apart): two places
+  /// that look alike. Such a loop says nothing against the map.
+  bool lies_apart = false;
   std::uint64_t share_ns = 0;  ///< LOA and sharing out, or the LoopRelaxation; 0 without a clock
 };
 
@@ -309,6 +315,7 @@ class Mapper {
   struct StepRecord {  // what is kept of a step
     StepVerdict verdict = StepVerdict::first;
     std::uint8_t support_percent = 100;  // at most 255
+    bool is_spanned = false;             // by a loop, which says how far off it can be
   };
   [[nodiscard]] Status refuse(Status status);
   [[nodiscard]] Status predict(const Pose* odometry_from_body, MotionPrior::Prediction& prediction) const;
@@ -317,6 +324,7 @@ class Mapper {
   void place(const MotionPrior::Prediction& prediction, const Pose* odometry_from_body, ScanReport& report);
   [[nodiscard]] Step match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
                                 ScanReport& report);
+  [[nodiscard]] std::uint32_t model_begin(std::uint32_t n);
   [[nodiscard]] IcpConfig step_config(const MotionPrior::Prediction& prediction,
                                       const ScanSpacing& spacing) const;
   [[nodiscard]] bool search_step(std::span<const IcpScan> model, const IcpScan& data,
@@ -347,6 +355,7 @@ class Mapper {
                     LoopReport& loop);
   [[nodiscard]] bool is_ambiguous(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                   const IcpPrior& prior, const IcpResult& match, const IcpConfig& config);
+  [[nodiscard]] LoopVerdict judge_fit(const IcpResult& match, const LoopReport& loop) const;
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
@@ -399,6 +408,7 @@ constexpr MapperConfig MapperConfig::paper() {
   config.loop_match.first_distance_limit_m = 4;
   config.detector = LoopDetectorConfig{};
   config.model_scans = 1;
+  config.model_points = 0;
   config.motion.learn_heading = false;
   config.motion.learn_delay = false;
   config.use_motion_prior = false;

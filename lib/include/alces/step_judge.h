@@ -47,10 +47,17 @@ class UsualFit {
     fit_ += (fit - fit_) / steps_;
   }
   [[nodiscard]] double fit() const { return fit_; }
+  /// What a fit lacks of the usual one, 0 to 1. As long as the usual one is more assumed than seen, it tells
+  /// little: sparse scans fit less from the first step on.
+  [[nodiscard]] double lost(double fit) const {
+    const double seen = (steps_ - assumed_steps) / steps_;
+    return seen * std::clamp(1 - fit / fit_, 0.0, 1.0);
+  }
 
  private:
-  double fit_ = 0.6;  // of a start: worth three steps
-  double steps_ = 3;
+  static constexpr double assumed_steps = 3;
+  double fit_ = 0.6;
+  double steps_ = assumed_steps;
 };
 
 enum class StepDoubt : std::uint8_t {
