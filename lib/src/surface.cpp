@@ -10,7 +10,7 @@
 namespace alces {
 namespace {
 
-constexpr float line_ratio = 0.01F;            // middle over largest eigenvalue: at and below, a line
+constexpr float line_ratio = 0.0005F;          // middle over largest eigenvalue: at and below, a line
 constexpr std::uint32_t fewest_neighbors = 5;  // fewer do not tell a plane from noise
 
 void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceSample& sample) {
@@ -27,7 +27,9 @@ void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceS
   const Eigen::Matrix3f covariance = share * products - (share * sum) * (share * sum).transpose();
   const SymmetricEigen<3, float> eigen = symmetric_eigen<3, float>(covariance);
   const Eigen::Vector3f eigenvalues = eigen.values;
-  // On a line, as within one sweep of a 2D laser, the range noise would pass for a plane's width.
+  // On a line, as within one sweep of a 2D laser, the range noise would pass for a plane's width. A ring on
+  // the ground is none, however slightly it is bent: far from the scanner such rings alone say how it is
+  // tilted. Where noise is all that is across, it is about as large both ways, and the sample is rough.
   if (!(eigenvalues.y() > line_ratio * eigenvalues.z())) return;
   Eigen::Vector3f normal = eigen.vectors.col(0);
   if (!normal.allFinite()) return;

@@ -20,11 +20,14 @@ void append_pose(std::string& line, const Pose& pose) {
 }  // namespace
 
 Matrix6d g2o_information(const EdgeVariance& variance) {
-  constexpr double axes = 3;
   constexpr double half_angle = 4;  // (angle / half the angle)^2
   Matrix6d information = Matrix6d::Zero();
   information.topLeftCorner<3, 3>().diagonal() << 1 / variance.x_m2, 1 / variance.y_m2, 1 / variance.z_m2;
-  information.bottomRightCorner<3, 3>().diagonal().setConstant(half_angle * axes / variance.rotation_rad2);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double about_axis_rad2 =
+        variance.rotation_rad2 * variance.rotation_shares[static_cast<std::size_t>(axis)];
+    information(3 + axis, 3 + axis) = half_angle / about_axis_rad2;
+  }
   return information;
 }
 

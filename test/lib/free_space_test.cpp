@@ -76,6 +76,8 @@ TEST_CASE("rooms that do not see each other lie apart; one room, and walls in th
   CHECK(lies_apart(seen(one, other, pose_at(-40, 5, 0, 90)), usual, 3));
   for (const Pose& wrong : {pose_at(2.5, 0, 0, 0), pose_at(0, -2, 0, 0), pose_at(0, 0, 0, 40)})
     CHECK_FALSE(lies_apart(seen(one, other, wrong), usual, 3));
+  CHECK_FALSE(lies_apart({100, 0, 120}, {110, 0, 130}, 3));  // as much is behind as between neighbours
+  CHECK(lies_apart({100, 0, 500}, {400, 0, 200}, 3));
   CHECK_FALSE(lies_apart({0, 0, 0}, usual, 3));    // nothing is known
   CHECK_FALSE(lies_apart({0, 0, 100}, usual, 3));  // or too little
   CHECK_FALSE(lies_apart({0, 0, 0}, {0, 0, 0}, 3));

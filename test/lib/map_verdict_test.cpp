@@ -98,7 +98,8 @@ TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and 
   CHECK(with(10, 0, 100) == MapVerdict::good);  // places that look alike say nothing against the map
 }
 
-TEST_CASE("scans that see a tenth more or less of the way than the odometry make a map doubtful, a third bad") {
+TEST_CASE(
+    "scans that see a tenth more or less of the way than the odometry make a map doubtful, a third bad") {
   const auto with = [](double scale) {
     return judged([&](MapHealth& health) { health.odometry_scale = scale; });
   };

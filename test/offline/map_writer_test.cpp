@@ -95,6 +95,10 @@ TEST_CASE("g2o's information is that of its error vector: body axes of `to`, hal
   CHECK(straight(0, 1) == 0);
   // 0.001 rad^2 an axis; half an angle has a quarter of its variance
   for (int axis = 3; axis < 6; ++axis) CHECK(straight(axis, axis) == Approx(4000));
+  const Matrix6d by_axis = g2o_information({0.01, 0.04, 0.25, 0.003, {0.6, 0.3, 0.1}});  // heading is surest
+  CHECK(by_axis(3, 3) == Approx(4 / 0.0018));
+  CHECK(by_axis(4, 4) == Approx(4 / 0.0009));
+  CHECK(by_axis(5, 5) == Approx(4 / 0.0003));
 }
 
 TEST_CASE("map.ply takes points as they come, knows its count at the end, and can be read again") {

@@ -43,9 +43,9 @@ struct FreeSpaceCount {
 /// their difference. Samples of one surface stand or fall together, so that ten of them count as one.
 [[nodiscard]] bool is_clearly_more(const FreeSpaceCount& more, const FreeSpaceCount& less, double sigmas);
 
-/// Whether the scans are of two places that do not see each other, as floors and parallel corridors are: most
-/// of what one saw lies behind what the other saw, and no more of it stands in free space than is `usual`
-/// between neighbours. False where the views tell too little.
+/// Whether the scans are of two places that do not see each other, as floors and parallel corridors are: less
+/// than half as much of what one saw is in sight of the other as is `usual` between neighbours, the rest lies
+/// behind, and no more stands in free space. False where the views tell too little.
 [[nodiscard]] bool lies_apart(const FreeSpaceCount& count, const FreeSpaceCount& usual, double sigmas);
 
 class FreeSpace {

@@ -22,8 +22,8 @@ namespace alces::offline {
 /// The information belongs to g2o's error vector, (translation, vector part of the quaternion) of
 /// measurement^-1 * from^-1 * to, which is seen from the body frame of `to`:
 ///   - translation: diag(1/x, 1/y, 1/z) of EdgeVariance, which is given along that frame's axes;
-///   - rotation: a third of rotation_rad2 an axis; the vector part is half the angle, so the information is
-///     four times that of the angle: 12 / rotation_rad2.
+///   - rotation: rotation_rad2 by its shares, an axis each; the vector part is half the angle, so the
+///     information is four times that of the angle: 4 / (share * rotation_rad2).
 void write_g2o(const std::filesystem::path& file, const PoseGraph& graph);
 [[nodiscard]] Matrix6d g2o_information(const EdgeVariance& variance);
 

@@ -37,7 +37,10 @@ EdgeVariance variance_of(const ConstraintGraph& graph, const Constraint& c) {
   } else {
     const Matrix6d covariance = c.information.inverse();
     in_to = covariance.topLeftCorner<3, 3>();
-    variance.rotation_rad2 = half_angle * covariance.bottomRightCorner<3, 3>().trace();
+    const Eigen::Vector3d rotation = covariance.bottomRightCorner<3, 3>().diagonal();
+    variance.rotation_rad2 = half_angle * rotation.sum();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      variance.rotation_shares[axis] = rotation[static_cast<Eigen::Index>(axis)] / rotation.sum();
   }
   variance.x_m2 = in_to(0, 0);
   variance.y_m2 = in_to(1, 1);

@@ -83,7 +83,8 @@ void visit_mapper(Config& config, Visitor& visit) {
 
   visit.table("scan_match", "A new scan onto the last ones.");
   visit.number("model_scans", config.model_scans, 1, Icp::maximum_model_scans, "how many; 1: pairwise");
-  visit.number("model_points", config.model_points, 0, 1 << 24, "sparse scans: more of them until the model has so many; 0: never");
+  visit.number("model_points", config.model_points, 0, 1 << 24,
+               "sparse scans: more of them until the model has so many; 0: never");
   visit.retired("learn_odometry_heading");
   visit.number("pair_reach", config.pair_reach, 0, 100,
                "pairs may be this many times a scan's typical spacing apart");
