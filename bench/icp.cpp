@@ -15,7 +15,7 @@
 #include "alces/kd_tree.h"
 #include "alces/mapper.h"
 #include "alces/surface.h"
-#include "alces_offline/evaluation.h"
+#include "offline/evaluate/evaluation.h"
 #include "support.h"
 #include "support/in_block.h"
 #ifdef ALCES_HAS_PCL

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "alces/mapper.h"
-#include "alces_offline/byte_size.h"
-#include "alces_offline/mapper_settings.h"
-#include "alces_offline/memory_plan.h"
-#include "alces_offline/steady_stage_clock.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/files/byte_size.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/map/mapper_settings.h"
+#include "offline/map/memory_plan.h"
+#include "offline/map/steady_stage_clock.h"
 #include "support.h"
 
 namespace {

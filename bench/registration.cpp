@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
 #include "alces_platform/sim/random.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "support.h"
 #include "support/registration.h"
 #ifdef ALCES_HAS_PCL

@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "alces/voxel_grid.h"
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "support/in_block.h"
 
 namespace alces::bench {

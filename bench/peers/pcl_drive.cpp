@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "alces/pose.h"
-#include "alces_offline/error.h"
-#include "alces_offline/scan_source.h"
 #include "alces_platform/sim/drive.h"
+#include "offline/io/files/error.h"
+#include "offline/io/scans/scan_source.h"
 
 namespace {
 

@@ -8,10 +8,10 @@
 #include <new>
 #include <string>
 
-#include "alces_offline/error.h"
 #include "alces_platform/doing.h"
 #include "command.h"
-#include "processes.h"
+#include "offline/io/files/error.h"
+#include "offline/optimize/processes.h"
 
 namespace alces::offline {
 namespace {

@@ -15,12 +15,12 @@
 #include <utility>
 #include <vector>
 
-#include "alces_onboard/background_sync.h"
 #include "alces_onboard/console.h"
 #include "alces_onboard/devices.h"
 #include "alces_onboard/error.h"
 #include "alces_onboard/leavable_thread.h"
-#include "alces_onboard/recording_name.h"
+#include "alces_onboard/recorder/background_sync.h"
+#include "alces_onboard/recorder/recording_name.h"
 #include "alces_onboard/run_lock.h"
 #include "alces_platform/doing.h"
 #include "alces_platform/linux/clock.h"

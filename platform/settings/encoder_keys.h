@@ -1,7 +1,7 @@
 // The keys of [encoder]: which way the head looks.
 #pragma once
 
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/scanner.h"
 #include "quantities.h"
 
 namespace alces::settings {

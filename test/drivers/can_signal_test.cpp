@@ -1,4 +1,4 @@
-#include "alces_drivers/can_signal.h"
+#include "alces_drivers/odometry/can_signal.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "alces_drivers/encoder.h"
+#include "alces_drivers/encoder/encoder.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "alces_drivers/odometry.h"
+#include "alces_drivers/odometry/odometry.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "alces_drivers/scan_assembler.h"
+#include "alces_drivers/assembler/scan_assembler.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,8 +10,8 @@
 #include <new>
 #include <numbers>
 
-#include "alces_drivers/encoder.h"
-#include "alces_drivers/odometry.h"
+#include "alces_drivers/encoder/encoder.h"
+#include "alces_drivers/odometry/odometry.h"
 #include "alces_platform/sim/random.h"
 #include "drivers/notice_log.h"
 

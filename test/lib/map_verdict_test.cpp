@@ -80,7 +80,7 @@ TEST_CASE("an expected error counts from half a metre on, as a share of the way"
   CHECK(with(10.01, 200).doubt == MapDoubt::drift);
 }
 
-TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and bad above a third") {
+TEST_CASE("revisits that do not fit are doubted above one in fifteen loops, and bad above a third") {
   const auto with = [](std::uint32_t unmatched, std::uint32_t closed, std::uint32_t implausible) {
     return judged([&](MapHealth& health) {
              health.unmatched = unmatched;
@@ -91,11 +91,11 @@ TEST_CASE("revisits that do not fit are doubted above a tenth of the loops, and 
   };
   CHECK(with(2, 0, 0) == MapVerdict::good);  // two may be chance
   CHECK(with(3, 0, 0) == MapVerdict::bad);
-  CHECK(with(10, 100, 0) == MapVerdict::good);
-  CHECK(with(11, 100, 0) == MapVerdict::doubtful);
+  CHECK(with(6, 100, 0) == MapVerdict::good);
+  CHECK(with(7, 100, 0) == MapVerdict::doubtful);
   CHECK(with(33, 100, 0) == MapVerdict::doubtful);
   CHECK(with(34, 100, 0) == MapVerdict::bad);
-  CHECK(with(10, 0, 100) == MapVerdict::good);  // places that look alike say nothing against the map
+  CHECK(with(6, 0, 100) == MapVerdict::good);  // places that look alike say nothing against the map
 }
 
 TEST_CASE(

@@ -1,5 +1,5 @@
 // A map that is compared with its own odometry.
-#include "alces_offline/circular_truth.h"
+#include "offline/evaluate/circular_truth.h"
 
 #include <fmt/format.h>
 

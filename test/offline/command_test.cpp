@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "alces_offline/trajectory.h"
+#include "offline/io/map_folder/trajectory.h"
 #include "temporary_folder.h"
 
 namespace alces::offline {

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "alces_offline/compare/drive_observer.h"
-#include "alces_offline/compare/experiment.h"
-#include "alces_offline/compare/link_matching.h"
-#include "alces_offline/compare/plots.h"
-#include "alces_offline/compare/tables.h"
-#include "alces_offline/error.h"
-#include "alces_offline/spooled_scan_source.h"
+#include "offline/compare/drive_observer.h"
+#include "offline/compare/experiment.h"
+#include "offline/compare/link_matching.h"
+#include "offline/compare/plots.h"
+#include "offline/compare/tables.h"
+#include "offline/io/files/error.h"
+#include "offline/io/scans/spooled_scan_source.h"
 #include "room.h"
 #include "temporary_folder.h"
 

@@ -8,11 +8,11 @@
 #include <numbers>
 #include <utility>
 
-#include "alces_offline/graph/graph_file.h"
-#include "alces_offline/map_writer.h"
-#include "alces_offline/trajectory.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
+#include "offline/io/map_folder/map_writer.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/optimize/graph/graph_file.h"
 #include "refusal.h"
 #include "run_alces.h"
 #include "support/sample_graph.h"

@@ -1,5 +1,5 @@
 // Clouds, maps and trajectories in the forms of other programs, and back.
-#include "alces_offline/convert/convert_map.h"
+#include "offline/convert/convert_map.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,12 +7,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "alces_offline/error.h"
-#include "alces_offline/map_writer.h"
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
+#include "offline/io/files/error.h"
+#include "offline/io/map_folder/map_writer.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "run_alces.h"
 
 namespace alces::offline {

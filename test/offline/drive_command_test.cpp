@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "alces_offline/drive_simulation.h"
-#include "alces_offline/error.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/files/error.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/simulate/drive_simulation.h"
 #include "refusal.h"
 #include "run_alces.h"
 #include "support/test_data.h"

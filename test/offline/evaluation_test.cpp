@@ -1,10 +1,10 @@
-#include "alces_offline/evaluation.h"
+#include "offline/evaluate/evaluation.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
-#include "alces_offline/error.h"
+#include "offline/io/files/error.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"
 

@@ -1,4 +1,4 @@
-#include "alces_offline/explain_can.h"
+#include "offline/explain_can/explain_can.h"
 
 #include <sys/wait.h>
 
@@ -9,7 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "alces_offline/candump_lines.h"
+#include "offline/explain_can/candump_lines.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"
 

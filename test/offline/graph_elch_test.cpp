@@ -1,11 +1,11 @@
-#include "alces_offline/graph/elch_on_graph.h"
+#include "offline/optimize/graph/elch_on_graph.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <vector>
 
-#include "alces_offline/graph/gauss_newton.h"
-#include "alces_offline/graph/graph_file.h"
+#include "offline/optimize/graph/gauss_newton.h"
+#include "offline/optimize/graph/graph_file.h"
 #include "support/sample_graph.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"

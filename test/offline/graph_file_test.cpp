@@ -1,12 +1,12 @@
-#include "alces_offline/graph/graph_file.h"
+#include "offline/optimize/graph/graph_file.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <numbers>
 #include <string>
 
-#include "alces_offline/graph/graph_parts.h"
-#include "alces_offline/graph/planar_pose.h"
+#include "offline/optimize/graph/graph_parts.h"
+#include "offline/optimize/graph/planar_pose.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"
 

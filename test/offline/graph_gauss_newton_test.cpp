@@ -1,12 +1,12 @@
-#include "alces_offline/graph/gauss_newton.h"
+#include "offline/optimize/graph/gauss_newton.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <vector>
 
-#include "alces_offline/graph/constraint_jacobian.h"
-#include "alces_offline/graph/graph_file.h"
 #include "alces_platform/sim/random.h"
+#include "offline/optimize/graph/constraint_jacobian.h"
+#include "offline/optimize/graph/graph_file.h"
 #include "support/sample_graph.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"

@@ -1,5 +1,5 @@
 // HOG-Man in one go and while the graph grows.
-#include "alces_offline/graph/hogman.h"
+#include "offline/optimize/graph/hogman.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "alces_offline/error.h"
-#include "alces_offline/graph/gauss_newton.h"
-#include "alces_offline/graph/graph_file.h"
+#include "offline/io/files/error.h"
+#include "offline/optimize/graph/gauss_newton.h"
+#include "offline/optimize/graph/graph_file.h"
 #include "support/ring_graph.h"
 #include "support/test_data.h"
 

@@ -7,12 +7,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "alces_offline/graph/graph_file.h"
-#include "alces_offline/graph/map_graph.h"
-#include "alces_offline/map_writer.h"
-#include "alces_offline/output_file.h"
-#include "alces_offline/scan_table.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/files/output_file.h"
+#include "offline/io/map_folder/map_writer.h"
+#include "offline/io/map_folder/scan_table.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/optimize/graph/graph_file.h"
+#include "offline/optimize/graph/map_graph.h"
 #include "support/sample_graph.h"
 #include "temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // TORO on graphs whose truth is known, on those that are none, and beside the optimum on published ones.
-#include "alces_offline/graph/toro.h"
+#include "offline/optimize/graph/toro.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <limits>
 
-#include "alces_offline/error.h"
-#include "alces_offline/graph/graph_file.h"
+#include "offline/io/files/error.h"
+#include "offline/optimize/graph/graph_file.h"
 #include "support/ring_graph.h"
 #include "support/test_data.h"
 

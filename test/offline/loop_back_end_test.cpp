@@ -1,5 +1,5 @@
 // Maps of the synthetic town whose loops TORO and HOG-Man close in LOA's place.
-#include "alces_offline/graph/loop_back_end.h"
+#include "offline/optimize/graph/loop_back_end.h"
 
 #include <array>
 #include <catch2/catch.hpp>

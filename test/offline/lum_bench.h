@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "alces_offline/lum/optimize_with_lum.h"
+#include "offline/optimize/lum/optimize_with_lum.h"
 #include "room.h"
 
 namespace alces::offline {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "alces_offline/trajectory.h"
 #include "lum_bench.h"
+#include "offline/io/map_folder/trajectory.h"
 #include "run_alces.h"
 
 using namespace alces;

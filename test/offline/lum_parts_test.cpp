@@ -5,11 +5,11 @@
 #include <set>
 #include <thread>
 
-#include "alces_offline/error.h"
-#include "alces_offline/lum/block_equations.h"
-#include "alces_offline/lum/checkpoint.h"
-#include "alces_offline/lum/shared_link_sums.h"
 #include "lum_bench.h"
+#include "offline/io/files/error.h"
+#include "offline/optimize/lum/block_equations.h"
+#include "offline/optimize/lum/checkpoint.h"
+#include "offline/optimize/lum/shared_link_sums.h"
 #include "temporary_folder.h"
 
 using namespace alces;

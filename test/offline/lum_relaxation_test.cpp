@@ -1,11 +1,11 @@
-#include "alces_offline/lum/relaxation.h"
+#include "offline/optimize/lum/relaxation.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "alces_offline/error.h"
-#include "alces_offline/lum/checkpoint.h"
 #include "lum_bench.h"
+#include "offline/io/files/error.h"
+#include "offline/optimize/lum/checkpoint.h"
 #include "temporary_folder.h"
 
 using namespace alces;

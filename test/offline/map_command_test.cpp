@@ -16,8 +16,8 @@
 #include <thread>
 #include <vector>
 
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "room.h"
 #include "temporary_folder.h"
 

@@ -1,11 +1,11 @@
-#include "alces_offline/map_entropy.h"
+#include "offline/evaluate/map_entropy.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
 #include <numbers>
 
-#include "alces_offline/error.h"
 #include "lum_bench.h"
+#include "offline/io/files/error.h"
 
 using namespace alces;
 using namespace alces::offline;

@@ -1,6 +1,6 @@
 // What a map is worth: in run.json, in scans.csv, in a line at the end, and in the exit status, which it
 // leaves.
-#include "alces_offline/map_health.h"
+#include "offline/io/map_folder/map_health.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "alces_offline/scan_table.h"
+#include "offline/io/map_folder/scan_table.h"
 #include "room.h"
 #include "run_alces.h"
 

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "alces_offline/file_archive.h"
-#include "alces_offline/map_run.h"
-#include "alces_offline/mapper_settings.h"
 #include "alces_platform/settings/mapper_settings.h"
+#include "offline/io/map_folder/file_archive.h"
+#include "offline/map/map_run.h"
+#include "offline/map/mapper_settings.h"
 #include "room.h"
 #include "temporary_folder.h"
 

@@ -1,12 +1,12 @@
 // A run in the test's own process, over scans out of thin air.
-#include "alces_offline/map_run.h"
+#include "offline/map/map_run.h"
 
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <limits>
 
-#include "alces_offline/map_folder.h"
-#include "alces_offline/mapper_settings.h"
+#include "offline/io/map_folder/map_folder.h"
+#include "offline/map/mapper_settings.h"
 #include "room.h"
 #include "temporary_folder.h"
 

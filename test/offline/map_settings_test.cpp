@@ -1,9 +1,9 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "alces_offline/byte_size.h"
-#include "alces_offline/error.h"
-#include "alces_offline/mapper_settings.h"
+#include "offline/io/files/byte_size.h"
+#include "offline/io/files/error.h"
+#include "offline/map/mapper_settings.h"
 #include "temporary_folder.h"
 
 using namespace alces;

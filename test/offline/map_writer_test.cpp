@@ -1,4 +1,4 @@
-#include "alces_offline/map_writer.h"
+#include "offline/io/map_folder/map_writer.h"
 
 #include <unistd.h>
 
@@ -9,8 +9,8 @@
 #include <sstream>
 #include <vector>
 
-#include "alces_offline/output_file.h"
-#include "alces_offline/scan_source.h"
+#include "offline/io/files/output_file.h"
+#include "offline/io/scans/scan_source.h"
 #include "temporary_folder.h"
 
 using namespace alces;

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <vector>
 
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
 #include "alces_platform/sim/random.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"
 

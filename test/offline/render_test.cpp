@@ -1,4 +1,4 @@
-#include "alces_offline/render.h"
+#include "offline/render/render.h"
 
 #include <cairo.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "alces_offline/error.h"
-#include "alces_offline/map_writer.h"
+#include "offline/io/files/error.h"
+#include "offline/io/map_folder/map_writer.h"
 #include "temporary_folder.h"
 
 namespace alces::offline {

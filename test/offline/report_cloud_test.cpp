@@ -10,8 +10,8 @@
 #include <set>
 #include <tuple>
 
-#include "alces_offline/report/cloud_encoding.h"
-#include "alces_offline/report/packed_bytes.h"
+#include "offline/report/cloud_encoding.h"
+#include "offline/report/packed_bytes.h"
 
 namespace alces::offline {
 namespace {

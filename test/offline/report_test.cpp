@@ -1,5 +1,5 @@
 // alces report: what becomes of map folders, whole and broken.
-#include "alces_offline/report/report.h"
+#include "offline/report/report.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -7,9 +7,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "alces_offline/error.h"
-#include "alces_offline/map_writer.h"
-#include "alces_offline/scan_table.h"
+#include "offline/io/files/error.h"
+#include "offline/io/map_folder/map_writer.h"
+#include "offline/io/map_folder/scan_table.h"
 #include "run_alces.h"
 #include "temporary_folder.h"
 

@@ -11,9 +11,9 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "alces_offline/map_run.h"
-#include "alces_offline/mapper_settings.h"
-#include "alces_offline/scan_source.h"
+#include "offline/io/scans/scan_source.h"
+#include "offline/map/map_run.h"
+#include "offline/map/mapper_settings.h"
 
 namespace alces::offline {
 

@@ -7,10 +7,10 @@
 #include <cstring>
 #include <random>
 
-#include "alces_offline/convert/convert_map.h"
-#include "alces_offline/input_file.h"
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
+#include "offline/convert/convert_map.h"
+#include "offline/io/files/input_file.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "room.h"
 #include "temporary_folder.h"
 

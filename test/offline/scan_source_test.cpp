@@ -1,4 +1,4 @@
-#include "alces_offline/scan_source.h"
+#include "offline/io/scans/scan_source.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <cstring>
 #include <random>
 
-#include "alces_offline/lzf.h"
-#include "alces_offline/text_numbers.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/files/lzf.h"
+#include "offline/io/files/text_numbers.h"
+#include "offline/io/map_folder/trajectory.h"
 #include "support/test_data.h"
 #include "temporary_folder.h"
 

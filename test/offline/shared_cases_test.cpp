@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "alces_offline/evaluation.h"
-#include "alces_offline/scan_source.h"
-#include "alces_offline/trajectory.h"
+#include "offline/evaluate/evaluation.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_source.h"
 #include "run_alces.h"
 #include "support/test_data.h"
 

@@ -1,9 +1,9 @@
-#include "alces_offline/spooled_scan_source.h"
+#include "offline/io/scans/spooled_scan_source.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "alces_offline/error.h"
+#include "offline/io/files/error.h"
 #include "room.h"
 #include "temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // A folder that is replaced whole: what stays, what goes, and what is found wherever it is interrupted.
-#include "alces_offline/staged_folder.h"
+#include "offline/io/files/staged_folder.h"
 
 #include <fcntl.h>
 #include <sys/mount.h>
@@ -14,7 +14,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "alces_offline/error.h"
+#include "offline/io/files/error.h"
 #include "temporary_folder.h"
 
 using namespace alces::offline;

@@ -1,11 +1,11 @@
-#include "alces_offline/stored_scan_file.h"
+#include "offline/io/map_folder/stored_scan_file.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "alces_offline/map_folder.h"
-#include "alces_offline/trajectory.h"
+#include "offline/io/map_folder/map_folder.h"
+#include "offline/io/map_folder/trajectory.h"
 #include "room.h"
 #include "run_alces.h"
 #include "temporary_folder.h"

@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "alces/pose.h"
-#include "alces_offline/error.h"
+#include "offline/io/files/error.h"
 
 namespace alces::offline {
 

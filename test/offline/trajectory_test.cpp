@@ -1,4 +1,4 @@
-#include "alces_offline/trajectory.h"
+#include "offline/io/map_folder/trajectory.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

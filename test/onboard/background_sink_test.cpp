@@ -1,4 +1,4 @@
-#include "alces_onboard/background_sink.h"
+#include "alces_onboard/recorder/background_sink.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,4 +1,4 @@
-#include "alces_onboard/background_sync.h"
+#include "alces_onboard/recorder/background_sync.h"
 
 #include <unistd.h>
 
@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "alces_onboard/background_sink.h"
+#include "alces_onboard/recorder/background_sink.h"
 #include "alces_platform/linux/clock.h"
 #include "alces_platform/recording/file_sink.h"
 #include "onboard/vehicle_bench.h"

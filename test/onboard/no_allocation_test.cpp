@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "alces_onboard/background_sink.h"
-#include "alces_onboard/background_sync.h"
 #include "alces_onboard/console.h"
+#include "alces_onboard/recorder/background_sink.h"
+#include "alces_onboard/recorder/background_sync.h"
 #include "alces_platform/linux/clock.h"
 #include "alces_platform/recording/file_sink.h"
 #include "onboard/vehicle_bench.h"

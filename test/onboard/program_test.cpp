@@ -11,7 +11,7 @@
 #include <string>
 
 #include "alces_onboard/plan.h"
-#include "alces_onboard/recording_name.h"
+#include "alces_onboard/recorder/recording_name.h"
 #include "alces_onboard/run_lock.h"
 #include "onboard/vehicle_bench.h"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "alces_onboard/bell.h"
-#include "alces_onboard/record_ring.h"
-#include "alces_onboard/spsc_ring.h"
+#include "alces_onboard/recorder/record_ring.h"
+#include "alces_onboard/recorder/spsc_ring.h"
 
 using namespace alces;
 using namespace alces::onboard;

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alces_platform/sim/scene.h"
+#include "alces_platform/sim/world/scene.h"
 
 namespace alces::places {
 

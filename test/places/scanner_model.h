@@ -9,8 +9,8 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "alces_platform/sim/range_errors.h"
-#include "alces_platform/sim/scene.h"
+#include "alces_platform/sim/world/range_errors.h"
+#include "alces_platform/sim/world/scene.h"
 
 namespace alces::places {
 

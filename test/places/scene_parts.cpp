@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "alces_platform/sim/wander.h"
+#include "alces_platform/sim/world/wander.h"
 
 namespace alces::places {
 

@@ -1,4 +1,4 @@
-#include "alces_platform/linux/can_bus.h"
+#include "alces_platform/linux/can/can_bus.h"
 
 #include <linux/can/error.h>
 

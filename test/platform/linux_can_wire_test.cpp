@@ -1,4 +1,4 @@
-#include "alces_platform/linux/can_wire.h"
+#include "alces_platform/linux/can/can_wire.h"
 
 #include <linux/can/error.h>
 

@@ -1,4 +1,4 @@
-#include "alces_platform/linux/gpio_lines.h"
+#include "alces_platform/linux/gpio/gpio_lines.h"
 
 #include <sys/stat.h>
 

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <thread>
 
-#include "alces_platform/linux/gpio_lines.h"
+#include "alces_platform/linux/gpio/gpio_lines.h"
 #include "linux_support.h"
 
 using namespace alces;

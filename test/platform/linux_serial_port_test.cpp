@@ -1,4 +1,4 @@
-#include "alces_platform/linux/serial_port.h"
+#include "alces_platform/linux/bytes/serial_port.h"
 
 #include <asm/termbits.h>
 #include <fcntl.h>

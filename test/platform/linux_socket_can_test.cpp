@@ -1,4 +1,4 @@
-#include "alces_platform/linux/socket_can.h"
+#include "alces_platform/linux/can/socket_can.h"
 
 #include <linux/can/error.h>
 #include <net/if.h>
@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "alces_platform/linux/can_wire.h"
+#include "alces_platform/linux/can/can_wire.h"
 #include "linux_support.h"
 
 using namespace alces;

@@ -1,4 +1,4 @@
-#include "alces_platform/linux/tcp_connection.h"
+#include "alces_platform/linux/bytes/tcp_connection.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

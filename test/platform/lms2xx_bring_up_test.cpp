@@ -7,7 +7,7 @@
 
 #include "alces_drivers/lms2xx/lms2xx.h"
 #include "alces_platform/sim/random.h"
-#include "alces_platform/sim/simulated_lms2xx.h"
+#include "alces_platform/sim/sensors/simulated_lms2xx.h"
 
 using alces::LaserState;
 using alces::Lms2xx;

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "alces_platform/linux/serial_port.h"
+#include "alces_platform/linux/bytes/serial_port.h"
 #include "linux_support.h"
 
 using namespace alces;

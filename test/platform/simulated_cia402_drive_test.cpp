@@ -1,4 +1,4 @@
-#include "alces_platform/sim/simulated_cia402_drive.h"
+#include "alces_platform/sim/motor/simulated_cia402_drive.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

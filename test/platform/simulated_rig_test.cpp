@@ -1,6 +1,6 @@
 #include "alces_platform/sim/simulated_rig.h"
-#include "alces_platform/sim/crowd.h"
-#include "alces_platform/sim/put_signal.h"
+#include "alces_platform/sim/sensors/put_signal.h"
+#include "alces_platform/sim/world/crowd.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

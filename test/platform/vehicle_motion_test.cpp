@@ -1,11 +1,11 @@
-#include "alces_platform/sim/vehicle_motion.h"
+#include "alces_platform/sim/world/vehicle_motion.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
 
-#include "alces_platform/sim/tour.h"
+#include "alces_platform/sim/world/tour.h"
 
 using namespace alces;
 using sim::MotionSettings;

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "alces_drivers/event.h"
+#include "alces_drivers/scanner/event.h"
 #include "alces_drivers/stamp.h"
 #include "alces_platform/recording/recording_writer.h"
 

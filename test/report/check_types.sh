@@ -6,7 +6,7 @@ set -eu
 source=$1
 work=$2
 
-npm_packages "$source" "$work" offline/report/package-lock.json
+npm_packages "$source" "$work" offline/report/viewer/package-lock.json
 rm -rf "$work/src"
 cp -r "$source/src" "$source/tsconfig.json" "$work/"
 cd "$work"

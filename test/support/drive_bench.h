@@ -8,7 +8,7 @@
 
 #include "alces_drivers/motor/motor.h"
 #include "alces_platform/settings/vehicle_settings.h"
-#include "alces_platform/sim/simulated_cia402_drive.h"
+#include "alces_platform/sim/motor/simulated_cia402_drive.h"
 #include "support/fake_node.h"
 #include "support/motor_bench.h"
 

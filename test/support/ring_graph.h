@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "alces_offline/graph/constraint_graph.h"
 #include "alces_platform/sim/random.h"
+#include "offline/optimize/graph/constraint_graph.h"
 
 namespace alces::test {
 

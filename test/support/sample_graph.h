@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "alces_offline/graph/constraint_graph.h"
-#include "alces_offline/graph/planar_pose.h"
 #include "alces_platform/sim/random.h"
+#include "offline/optimize/graph/constraint_graph.h"
+#include "offline/optimize/graph/planar_pose.h"
 
 namespace alces::test {
 

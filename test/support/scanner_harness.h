@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/scanner.h"
 #include "alces_platform/recording/recording_writer.h"
 #include "alces_platform/settings/vehicle_settings.h"
 #include "alces_platform/sim/simulated_scanner.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "alces_offline/drive_replay.h"
+#include "offline/replay/drive_replay.h"
 #include "scan_files.h"
 
 namespace {

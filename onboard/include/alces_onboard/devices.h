@@ -15,13 +15,13 @@
 #include <optional>
 #include <string>
 
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/scanner.h"
 #include "alces_onboard/status_report.h"
-#include "alces_platform/linux/gpio_lines.h"
+#include "alces_platform/linux/bytes/serial_port.h"
+#include "alces_platform/linux/bytes/tcp_connection.h"
+#include "alces_platform/linux/can/socket_can.h"
+#include "alces_platform/linux/gpio/gpio_lines.h"
 #include "alces_platform/linux/permit_socket.h"
-#include "alces_platform/linux/serial_port.h"
-#include "alces_platform/linux/socket_can.h"
-#include "alces_platform/linux/tcp_connection.h"
 #include "alces_platform/settings/vehicle_settings.h"
 
 namespace alces::onboard {

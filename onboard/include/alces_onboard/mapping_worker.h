@@ -31,7 +31,7 @@
 #include "alces/mapper.h"
 #include "alces_onboard/bell.h"
 #include "alces_onboard/leavable_thread.h"
-#include "alces_onboard/spsc_ring.h"
+#include "alces_onboard/recorder/spsc_ring.h"
 #include "alces_platform/recording/records.h"
 #include "alces_platform/settings/memory_plan.h"
 

@@ -22,9 +22,9 @@
 #include <optional>
 #include <span>
 
-#include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/event.h"
+#include "alces_drivers/scanner/scanner.h"
 #include "alces_drivers/spaced_notices.h"
 #include "alces_onboard/mapping_worker.h"
 #include "alces_onboard/notice_limiter.h"

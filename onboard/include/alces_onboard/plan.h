@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "alces_onboard/background_sink.h"
 #include "alces_onboard/pipeline.h"
+#include "alces_onboard/recorder/background_sink.h"
 #include "alces_platform/settings/memory_plan.h"
 #include "alces_platform/settings/vehicle_settings.h"
 

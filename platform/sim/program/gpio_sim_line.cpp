@@ -8,7 +8,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "alces_platform/linux/gpio_lines.h"
+#include "alces_platform/linux/gpio/gpio_lines.h"
 #include "alces_platform/linux/message.h"
 
 namespace alces::sim {

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "alces_platform/linux/can/socket_can.h"
 #include "alces_platform/linux/event_loop.h"
-#include "alces_platform/linux/socket_can.h"
 #include "alces_platform/settings/vehicle_settings.h"
 #include "alces_platform/sim/event_queue.h"
 #include "alces_platform/sim/simulated_scanner.h"

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "../memory_file.h"
-#include "alces_offline/candump_lines.h"
-#include "alces_offline/error.h"
-#include "alces_offline/explain_can.h"
 #include "alces_platform/dictionary/object_dictionary_file.h"
+#include "offline/explain_can/candump_lines.h"
+#include "offline/explain_can/explain_can.h"
+#include "offline/io/files/error.h"
 
 namespace alces::fuzz {
 namespace {

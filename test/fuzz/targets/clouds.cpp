@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "../memory_file.h"
-#include "alces_offline/error.h"
-#include "alces_offline/lzf.h"
-#include "alces_offline/scan_format.h"
-#include "alces_offline/scan_source.h"
+#include "offline/io/files/error.h"
+#include "offline/io/files/lzf.h"
+#include "offline/io/scans/scan_format.h"
+#include "offline/io/scans/scan_source.h"
 
 namespace alces::fuzz {
 namespace {

@@ -11,7 +11,7 @@
 #include "../target.h"
 #include "alces_drivers/cola_b/frame.h"
 #include "alces_drivers/lms2xx/telegram.h"
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/scanner.h"
 #include "alces_platform/settings/vehicle_settings.h"
 
 namespace alces::fuzz {

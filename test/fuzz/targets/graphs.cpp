@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "../memory_file.h"
-#include "alces_offline/error.h"
-#include "alces_offline/graph/gauss_newton.h"
-#include "alces_offline/graph/graph_file.h"
-#include "alces_offline/graph/graph_parts.h"
-#include "alces_offline/graph/graph_start.h"
-#include "alces_offline/trajectory.h"
-#include "alces_offline/trajectory_files.h"
+#include "offline/io/files/error.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/map_folder/trajectory_files.h"
+#include "offline/optimize/graph/gauss_newton.h"
+#include "offline/optimize/graph/graph_file.h"
+#include "offline/optimize/graph/graph_parts.h"
+#include "offline/optimize/graph/graph_start.h"
 
 namespace alces::fuzz {
 namespace {

@@ -4,14 +4,14 @@
 
 #include "../memory_file.h"
 #include "alces/stored_scan.h"
-#include "alces_offline/error.h"
-#include "alces_offline/lum/checkpoint.h"
-#include "alces_offline/reference/building_outlines.h"
-#include "alces_offline/scan_table.h"
-#include "alces_offline/stored_scan_file.h"
-#include "alces_offline/trajectory.h"
-#include "ply_stream.h"
-#include "report/report_map.h"
+#include "offline/io/files/error.h"
+#include "offline/io/map_folder/scan_table.h"
+#include "offline/io/map_folder/stored_scan_file.h"
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/optimize/lum/checkpoint.h"
+#include "offline/reference/building_outlines.h"
+#include "offline/io/map_folder/ply_stream.h"
+#include "offline/report/report_map.h"
 
 namespace alces::fuzz {
 namespace {

@@ -2,7 +2,7 @@
 #include <string>
 
 #include "../memory_file.h"
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/scanner.h"
 #include "alces_platform/settings/mapper_settings.h"
 #include "alces_platform/settings/memory_plan.h"
 #include "alces_platform/settings/settings_error.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 
-#include "alces_offline/calibrate/drive_geometry.h"
-#include "alces_offline/calibrate/ground_plane.h"
+#include "offline/calibrate/drive_geometry.h"
+#include "offline/calibrate/ground_plane.h"
 #include "room_scan.h"
 
 namespace alces::offline {

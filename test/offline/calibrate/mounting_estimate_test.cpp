@@ -1,10 +1,10 @@
 // The mounting of lasers from full turns in a room whose walls are known.
-#include "alces_offline/calibrate/mounting_estimate.h"
+#include "offline/calibrate/mounting_estimate.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "alces_offline/error.h"
+#include "offline/io/files/error.h"
 #include "room_scan.h"
 
 namespace alces::offline {

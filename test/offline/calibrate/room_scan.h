@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "alces_offline/calibrate/mounting.h"
-#include "alces_offline/calibrate/standing_turns.h"
+#include "offline/calibrate/mounting.h"
+#include "offline/calibrate/standing_turns.h"
 
 namespace alces::offline {
 

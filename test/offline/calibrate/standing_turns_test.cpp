@@ -1,5 +1,5 @@
 // Which profiles of a drive make a stand.
-#include "alces_offline/calibrate/standing_turns.h"
+#include "offline/calibrate/standing_turns.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

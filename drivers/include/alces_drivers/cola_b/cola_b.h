@@ -29,11 +29,11 @@
 
 #include "alces_drivers/cola_b/frame.h"
 #include "alces_drivers/cola_b/scan_data.h"
-#include "alces_drivers/laser.h"
 #include "alces_drivers/minimum_delay_filter.h"
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/notice_port.h"
-#include "alces_drivers/profile.h"
+#include "alces_drivers/scanner/laser.h"
+#include "alces_drivers/scanner/profile.h"
 #include "alces_drivers/spaced_notices.h"
 
 namespace alces {

@@ -10,7 +10,7 @@
 
 #include <cstdint>
 
-#include "alces_drivers/head_angle.h"
+#include "alces_drivers/encoder/head_angle.h"
 #include "alces_drivers/stamp_ring.h"
 
 namespace alces {

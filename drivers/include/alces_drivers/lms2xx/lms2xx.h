@@ -29,13 +29,13 @@
 #include <cstdint>
 #include <span>
 
-#include "alces_drivers/laser.h"
 #include "alces_drivers/lms2xx/measured_values.h"
 #include "alces_drivers/lms2xx/sweep_clock.h"
 #include "alces_drivers/lms2xx/telegram.h"
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/notice_port.h"
-#include "alces_drivers/profile.h"
+#include "alces_drivers/scanner/laser.h"
+#include "alces_drivers/scanner/profile.h"
 
 namespace alces {
 

@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "alces_drivers/can_frame.h"
-#include "alces_drivers/edge.h"
+#include "alces_drivers/encoder/edge.h"
 #include "alces_drivers/stamp.h"
 
 namespace alces {

@@ -12,8 +12,8 @@
 #include <array>
 #include <cstdint>
 
-#include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
+#include "alces_drivers/scanner/event.h"
 #include "alces_drivers/stamp.h"
 #include "alces_platform/linux/clock.h"
 #include "alces_platform/linux/file_descriptor.h"

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "alces_drivers/event.h"
+#include "alces_drivers/scanner/event.h"
 #include "alces_platform/recording/cdr.h"
 #include "alces_platform/recording/mcap_reader.h"
 #include "alces_platform/recording/records.h"

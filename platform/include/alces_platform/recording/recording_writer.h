@@ -23,8 +23,8 @@
 #include <string_view>
 
 #include "alces/arena.h"
-#include "alces_drivers/event.h"
 #include "alces_drivers/port/notice_port.h"
+#include "alces_drivers/scanner/event.h"
 #include "alces_drivers/spaced_notices.h"
 #include "alces_platform/recording/byte_sink.h"
 #include "alces_platform/recording/cdr.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "alces_drivers/event.h"
+#include "alces_drivers/scanner/event.h"
 
 namespace alces::replay {
 

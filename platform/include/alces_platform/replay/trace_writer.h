@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alces_drivers/event.h"
+#include "alces_drivers/scanner/event.h"
 #include "alces_platform/replay/gpiomon.h"
 
 namespace alces::replay {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "alces/mapper.h"
-#include "alces_drivers/scanner.h"
+#include "alces_drivers/scanner/scanner.h"
 
 namespace alces::settings {
 

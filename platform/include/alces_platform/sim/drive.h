@@ -10,9 +10,9 @@
 
 #include "alces/point.h"
 #include "alces/pose.h"
-#include "alces_platform/sim/route.h"
 #include "alces_platform/sim/scanner.h"
-#include "alces_platform/sim/town.h"
+#include "alces_platform/sim/world/route.h"
+#include "alces_platform/sim/world/town.h"
 
 namespace alces::sim {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "alces_drivers/event.h"
+#include "alces_drivers/scanner/event.h"
 
 namespace alces::sim {
 

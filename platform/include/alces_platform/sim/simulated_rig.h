@@ -18,25 +18,25 @@
 #include <memory>
 #include <vector>
 
-#include "alces_drivers/event.h"
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/can_port.h"
+#include "alces_drivers/scanner/event.h"
 #include "alces_drivers/stamp.h"
-#include "alces_platform/sim/can_bus.h"
-#include "alces_platform/sim/crowd.h"
 #include "alces_platform/sim/event_queue.h"
 #include "alces_platform/sim/fault.h"
-#include "alces_platform/sim/gps_receiver.h"
-#include "alces_platform/sim/head_encoder.h"
-#include "alces_platform/sim/head_motor.h"
-#include "alces_platform/sim/odometry_sensor.h"
-#include "alces_platform/sim/range_errors.h"
+#include "alces_platform/sim/motor/can_bus.h"
+#include "alces_platform/sim/motor/head_motor.h"
 #include "alces_platform/sim/rig_geometry.h"
-#include "alces_platform/sim/serial_line.h"
-#include "alces_platform/sim/sweep_caster.h"
-#include "alces_platform/sim/sweep_source.h"
-#include "alces_platform/sim/town.h"
-#include "alces_platform/sim/vehicle_motion.h"
+#include "alces_platform/sim/sensors/gps_receiver.h"
+#include "alces_platform/sim/sensors/head_encoder.h"
+#include "alces_platform/sim/sensors/odometry_sensor.h"
+#include "alces_platform/sim/sensors/serial_line.h"
+#include "alces_platform/sim/sensors/sweep_caster.h"
+#include "alces_platform/sim/sensors/sweep_source.h"
+#include "alces_platform/sim/world/crowd.h"
+#include "alces_platform/sim/world/range_errors.h"
+#include "alces_platform/sim/world/town.h"
+#include "alces_platform/sim/world/vehicle_motion.h"
 
 namespace alces::sim {
 

@@ -13,11 +13,11 @@
 #include <optional>
 #include <vector>
 
-#include "alces_platform/sim/can_bus.h"
-#include "alces_platform/sim/head_motor.h"
-#include "alces_platform/sim/serial_line.h"
-#include "alces_platform/sim/simulated_cia402_drive.h"
-#include "alces_platform/sim/simulated_lms2xx.h"
+#include "alces_platform/sim/motor/can_bus.h"
+#include "alces_platform/sim/motor/head_motor.h"
+#include "alces_platform/sim/motor/simulated_cia402_drive.h"
+#include "alces_platform/sim/sensors/serial_line.h"
+#include "alces_platform/sim/sensors/simulated_lms2xx.h"
 #include "alces_platform/sim/simulated_rig.h"
 
 namespace alces::sim {

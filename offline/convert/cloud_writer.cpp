@@ -1,0 +1,317 @@
+#include "cloud_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "offline/io/files/error.h"
+#include "offline/io/files/output_file.h"
+#include "offline/io/map_folder/map_writer.h"
+#include "offline/io/scans/las_layout.h"
+
+namespace alces::offline {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
+
+template <typename T>
+void append(std::string& bytes, T value) {
+  std::array<char, sizeof(T)> raw{};
+  std::memcpy(raw.data(), &value, sizeof(T));
+  bytes.append(raw.data(), raw.size());
+}
+
+void append_xyz(std::string& bytes, const Point& point) {
+  append(bytes, point.x);
+  append(bytes, point.y);
+  append(bytes, point.z);
+}
+
+using Origin = std::array<double, 3>;
+
+void append_xyz_from(std::string& bytes, const Point& point, const Origin& origin_m) {
+  append(bytes, static_cast<double>(point.x) + origin_m[0]);
+  append(bytes, static_cast<double>(point.y) + origin_m[1]);
+  append(bytes, static_cast<double>(point.z) + origin_m[2]);
+}
+
+// The count is known last: room for any 64-bit number, filled up with blanks in front.
+std::string count_text(std::uint64_t count) {
+  return fmt::format("{:>20}", count);
+}
+
+/// What all forms share: a buffer of the points of one call, and the file.
+class FileCloudWriter : public CloudWriter {
+ public:
+  explicit FileCloudWriter(const std::filesystem::path& file) : output_(file) {}
+  void finish() override { output_.commit(); }
+
+ protected:
+  void flush() override {
+    output_.write(bytes_);
+    bytes_.clear();
+  }
+
+  OutputFile output_;
+  std::string bytes_;
+};
+
+/// In the form of the map folder's map.ply.
+class PlyWriter final : public CloudWriter {
+ public:
+  explicit PlyWriter(const std::filesystem::path& file) : output_(file) {}
+  void finish() override { output_.finish(); }
+
+ protected:
+  void write(const Point& point, std::uint32_t scan, double) override {
+    points_.push_back(point);
+    scan_ = scan;
+  }
+  void flush() override {
+    output_.add(points_, Pose{}, scan_);
+    points_.clear();
+  }
+
+ private:
+  PlyMapWriter output_;
+  std::vector<Point> points_;
+  std::uint32_t scan_ = 0;
+};
+
+/// In doubles, from an origin on.
+class FarPlyWriter final : public FileCloudWriter {
+ public:
+  FarPlyWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), origin_m_(origin_m) {
+    std::string header =
+        "ply\nformat binary_little_endian 1.0\ncomment written by alces\n"
+        "comment right-handed, x forward, y left, z up, metres\nelement vertex ";
+    count_at_ = header.size();
+    header += count_text(0) +
+              "\nproperty double x\nproperty double y\nproperty double z\nproperty uint scan\nend_header\n";
+    output_.write(header);
+  }
+  void finish() override {
+    output_.patch(count_at_, count_text(written()));
+    FileCloudWriter::finish();
+  }
+
+ protected:
+  void write(const Point& point, std::uint32_t scan, double) override {
+    append_xyz_from(bytes_, point, origin_m_);
+    append(bytes_, scan);
+  }
+
+ private:
+  Origin origin_m_;
+  std::uint64_t count_at_ = 0;
+};
+
+class PcdWriter final : public FileCloudWriter {
+ public:
+  PcdWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), origin_m_(origin_m), is_far_(origin_m != Origin{}) {
+    std::string header = fmt::format(
+        "# .PCD v0.7 - Point Cloud Data file format, written by alces: right-handed, z up, metres\n"
+        "VERSION 0.7\nFIELDS x y z scan\nSIZE {0} {0} {0} 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH ",
+        is_far_ ? 8 : 4);
+    width_at_ = header.size();
+    header += count_text(0) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS ";
+    points_at_ = header.size();
+    header += count_text(0) + "\nDATA binary\n";
+    output_.write(header);
+  }
+  void finish() override {
+    output_.patch(width_at_, count_text(written()));
+    output_.patch(points_at_, count_text(written()));
+    FileCloudWriter::finish();
+  }
+
+ protected:
+  void write(const Point& point, std::uint32_t scan, double) override {
+    if (is_far_)
+      append_xyz_from(bytes_, point, origin_m_);
+    else
+      append_xyz(bytes_, point);
+    append(bytes_, scan);
+  }
+
+ private:
+  Origin origin_m_;
+  bool is_far_;
+  std::uint64_t width_at_ = 0;
+  std::uint64_t points_at_ = 0;
+};
+
+class LasWriter final : public FileCloudWriter {
+ public:
+  LasWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), file_(file), origin_m_(origin_m) {
+    output_.write(header());
+  }
+  void finish() override {
+    output_.patch(0, header());
+    FileCloudWriter::finish();
+  }
+
+ protected:
+  void write(const Point& point, std::uint32_t scan, double stamp_s) override {
+    const std::array<float, 3> xyz = {point.x, point.y, point.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double steps = std::round(static_cast<double>(xyz.at(axis)) / las::step_m);
+      if (std::abs(steps) > std::numeric_limits<std::int32_t>::max()) {
+        throw OutputError(file_,
+                          fmt::format("a coordinate of {} m is beyond what LAS holds in steps of 0.1 mm; "
+                                      "write PLY instead",
+                                      xyz.at(axis)));
+      }
+      const double value_m = steps * las::step_m;
+      least_m_.at(axis) = count_ == 0 ? value_m : std::min(least_m_.at(axis), value_m);
+      most_m_.at(axis) = count_ == 0 ? value_m : std::max(most_m_.at(axis), value_m);
+      append(bytes_, static_cast<std::int32_t>(steps));
+    }
+    ++count_;
+    append(bytes_, std::uint16_t{0});                           // intensity
+    append(bytes_, std::uint8_t{0x11});                         // return 1 of 1
+    append(bytes_, std::uint8_t{0});                            // flags
+    append(bytes_, std::uint8_t{0});                            // never classified
+    append(bytes_, std::uint8_t{0});                            // user data
+    append(bytes_, std::int16_t{0});                            // scan angle
+    append(bytes_, static_cast<std::uint16_t>(scan & 0xffff));  // point source
+    append(bytes_, stamp_s);
+  }
+
+ private:
+  [[nodiscard]] std::string header() const {
+    std::string h = "LASF";
+    append(h, std::uint16_t{0});          // file source
+    append(h, las::global_encoding_wkt);  // required of point formats from 6 on
+    h.append(16, '\0');                   // project ID
+    append(h, std::uint8_t{1});
+    append(h, std::uint8_t{4});  // LAS 1.4
+    append_padded(h, "alces", 32);
+    append_padded(h, "alces convert", 32);
+    append(h, std::uint16_t{0});  // day and year: the same input gives the same file
+    append(h, std::uint16_t{0});
+    append(h, las::header_bytes);
+    append(h, std::uint32_t{las::header_bytes});  // points follow at once
+    append(h, std::uint32_t{0});                  // no variable length records
+    append(h, std::uint8_t{6});
+    append(h, las::record_bytes_6);
+    append(h, std::uint32_t{0});  // legacy counts: not for this format
+    for (int i = 0; i < 5; ++i) append(h, std::uint32_t{0});
+    for (int axis = 0; axis < 3; ++axis) append(h, las::step_m);
+    for (const double offset_m : origin_m_) append(h, offset_m);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      append(h, most_m_.at(axis) + origin_m_.at(axis));
+      append(h, least_m_.at(axis) + origin_m_.at(axis));
+    }
+    append(h, std::uint64_t{0});  // waveforms
+    append(h, std::uint64_t{0});  // extended variable length records
+    append(h, std::uint32_t{0});
+    append(h, count_);
+    append(h, count_);  // first returns
+    for (int i = 1; i < 15; ++i) append(h, std::uint64_t{0});
+    return h;
+  }
+
+  static void append_padded(std::string& bytes, std::string_view text, std::size_t size) {
+    bytes += text;
+    bytes.append(size - text.size(), '\0');
+  }
+
+  std::filesystem::path file_;
+  Origin origin_m_;
+  std::uint64_t count_ = 0;
+  std::array<double, 3> least_m_{};
+  std::array<double, 3> most_m_{};
+};
+
+class CsvWriter final : public FileCloudWriter {
+ public:
+  CsvWriter(const std::filesystem::path& file, const Origin& origin_m)
+      : FileCloudWriter(file), origin_m_(origin_m), is_far_(origin_m != Origin{}) {
+    output_.write("x,y,z,scan\n");
+  }
+
+ protected:
+  void write(const Point& point, std::uint32_t scan, double) override {
+    if (is_far_)
+      fmt::format_to(std::back_inserter(bytes_), "{:.4f},{:.4f},{:.4f},{}\n",
+                     static_cast<double>(point.x) + origin_m_[0], static_cast<double>(point.y) + origin_m_[1],
+                     static_cast<double>(point.z) + origin_m_[2], scan);
+    else
+      fmt::format_to(std::back_inserter(bytes_), "{},{},{},{}\n", point.x, point.y, point.z, scan);
+  }
+
+ private:
+  Origin origin_m_;
+  bool is_far_;
+};
+
+class KittiWriter final : public FileCloudWriter {
+ public:
+  using FileCloudWriter::FileCloudWriter;
+
+ protected:
+  void write(const Point& point, std::uint32_t, double) override {
+    append_xyz(bytes_, point);
+    append(bytes_, 0.0F);
+  }
+};
+
+}  // namespace
+
+std::optional<CloudForm> cloud_form_of(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  using Known = std::pair<std::string_view, CloudForm>;
+  for (const auto& [name, form] :
+       {Known{".ply", CloudForm::ply}, Known{".pcd", CloudForm::pcd}, Known{".las", CloudForm::las},
+        Known{".csv", CloudForm::csv}, Known{".xyz", CloudForm::csv}, Known{".bin", CloudForm::kitti}}) {
+    if (extension == name) return form;
+  }
+  return std::nullopt;
+}
+
+void CloudWriter::add(std::span<const Point> points, std::uint32_t scan, double stamp_s) {
+  for (const Point& point : points) {
+    if (!is_finite(point)) {
+      ++not_finite_;
+      continue;
+    }
+    write(point, scan, stamp_s);
+    ++written_;
+  }
+  flush();
+}
+
+std::unique_ptr<CloudWriter> open_cloud_writer(const std::filesystem::path& file, CloudForm form,
+                                               const Origin& origin_m) {
+  switch (form) {
+    case CloudForm::ply:
+      if (origin_m != Origin{}) return std::make_unique<FarPlyWriter>(file, origin_m);
+      return std::make_unique<PlyWriter>(file);
+    case CloudForm::pcd:
+      return std::make_unique<PcdWriter>(file, origin_m);
+    case CloudForm::las:
+      return std::make_unique<LasWriter>(file, origin_m);
+    case CloudForm::csv:
+      return std::make_unique<CsvWriter>(file, origin_m);
+    case CloudForm::kitti:
+      break;
+  }
+  return std::make_unique<KittiWriter>(file);
+}
+
+}  // namespace alces::offline
