@@ -111,6 +111,27 @@ TEST_CASE(
   for (const double scale : {0.01, 0.69, 1.31, 3.0}) CHECK(with(scale).verdict == MapVerdict::bad);
 }
 
+TEST_CASE(
+    "what the odometry says of scale and tilt is overruled by three revisits that were closed, and no "
+    "fewer") {
+  const auto with = [](std::uint32_t revisits, std::uint32_t unmatched, double scale, double tilt_rad) {
+    return judged([&](MapHealth& health) {
+             health.closed = 20;
+             health.revisits = revisits;
+             health.unmatched = unmatched;
+             health.odometry_scale = scale;
+             health.tilt_rad = tilt_rad;
+           })
+        .verdict;
+  };
+  CHECK(with(3, 0, 0.88, 0) == MapVerdict::good);
+  CHECK(with(3, 0, 1, 0.26) == MapVerdict::good);
+  CHECK(with(2, 0, 0.88, 0) == MapVerdict::doubtful);
+  CHECK(with(2, 0, 1, 0.26) == MapVerdict::doubtful);
+  CHECK(with(3, 3, 1, 0.26) != MapVerdict::good);  // revisits that fail
+  CHECK(with(9, 0, 0.5, 0) == MapVerdict::bad);    // no odometry is off by half
+}
+
 TEST_CASE("a map steeper than a street is doubtful, and a hill is not") {
   const auto with = [](double deg) {
     return judged([deg](MapHealth& each) { each.tilt_rad = deg * std::numbers::pi / 180; });

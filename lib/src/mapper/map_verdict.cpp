@@ -19,7 +19,8 @@ constexpr Bounds odometry_scale_off{0.1, 0.3};
 constexpr double steepest_rad = 0.245;   // 14 deg, a fourth: the steepest streets and ramps have a fifth
 constexpr double allowed_drift_m = 0.5;  // on however short a way
 constexpr std::uint32_t few_steps = 20;
-constexpr std::uint32_t chance = 2;  // revisits, or steps, that mean nothing yet
+constexpr std::uint32_t many_revisits = 3;  // that were closed: they hold a map
+constexpr std::uint32_t chance = 2;         // revisits, or steps, that mean nothing yet
 
 }  // namespace
 
@@ -90,8 +91,12 @@ void judge_map(MapHealth& health) {
   if (health.on_odometry > chance)
     measure(MapDoubt::odometry_alone, health.on_odometry / steps, odometry_share);
   if (health.against_odometry > 0) find(MapDoubt::odometry_contradicted, MapVerdict::doubtful);
-  measure(MapDoubt::odometry_scale, std::abs(health.odometry_scale - 1), odometry_scale_off);
-  if (health.tilt_rad > steepest_rad) find(MapDoubt::steep, MapVerdict::doubtful);
+  // Scans that slide, or pitch, all along bring no place back to where it was; let alone several.
+  const bool is_held_by_loops = health.revisits >= many_revisits && health.unmatched <= chance;
+  const double scale_off = std::abs(health.odometry_scale - 1);
+  if (!is_held_by_loops || scale_off > odometry_scale_off.bad)
+    measure(MapDoubt::odometry_scale, scale_off, odometry_scale_off);
+  if (!is_held_by_loops && health.tilt_rad > steepest_rad) find(MapDoubt::steep, MapVerdict::doubtful);
   if (health.weak > 0) find(MapDoubt::weak_steps, MapVerdict::doubtful);
   if (health.found > few_steps) measure(MapDoubt::searched, health.found / steps, searched_share);
 }

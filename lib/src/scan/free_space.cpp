@@ -45,7 +45,7 @@ bool is_clearly_more(const FreeSpaceCount& more, const FreeSpaceCount& less, dou
 bool lies_apart(const FreeSpaceCount& count, const FreeSpaceCount& usual, double sigmas) {
   const auto told = [](const FreeSpaceCount& of) { return of.known() + of.hidden; };
   const auto in_sight = [&told](const FreeSpaceCount& of) {
-    return static_cast<double>(of.known()) / std::max(1U, told(of));
+    return static_cast<double>(of.known()) / std::max(std::uint32_t{1}, told(of));
   };
   const bool tells_enough = told(count) > 0 && 2 * told(count) >= told(usual);
   return tells_enough && 2 * in_sight(count) < in_sight(usual) && !is_clearly_more(count, usual, sigmas);

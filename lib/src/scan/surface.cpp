@@ -10,7 +10,9 @@
 namespace alces {
 namespace {
 
-constexpr float line_ratio = 0.0005F;          // middle over largest eigenvalue: at and below, a line
+constexpr float line_ratio = 0.01F;  // middle over largest eigenvalue: at and below, a line ...
+constexpr float bent_ratio = 5e-4F;  // ... or a bent one, and the bend tells its plane ...
+constexpr float bent_m2 = 0.0016F;   // ... if it is wider than lasers' range noise (1 to 3 cm): 4 cm
 constexpr std::uint32_t fewest_neighbors = 5;  // fewer do not tell a plane from noise
 
 void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceSample& sample) {
@@ -28,9 +30,9 @@ void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceS
   const SymmetricEigen<3, float> eigen = symmetric_eigen<3, float>(covariance);
   const Eigen::Vector3f eigenvalues = eigen.values;
   // On a line, as within one sweep of a 2D laser, the range noise would pass for a plane's width. A ring on
-  // the ground is none, however slightly it is bent: far from the scanner such rings alone say how it is
-  // tilted. Where noise is all that is across, it is about as large both ways, and the sample is rough.
-  if (!(eigenvalues.y() > line_ratio * eigenvalues.z())) return;
+  // the ground is none: far from the scanner such rings alone say how the ground is tilted.
+  const bool is_bent = eigenvalues.y() > bent_ratio * eigenvalues.z() && eigenvalues.y() > bent_m2;
+  if (!(eigenvalues.y() > line_ratio * eigenvalues.z() || is_bent)) return;
   Eigen::Vector3f normal = eigen.vectors.col(0);
   if (!normal.allFinite()) return;
   if (normal.dot(Eigen::Vector3f(origin.x, origin.y, origin.z)) > 0) normal = -normal;  // towards the scanner
