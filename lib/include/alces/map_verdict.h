@@ -37,7 +37,8 @@ struct MapHealth {
   std::uint32_t found = 0;             ///< steps that had to be searched for
   std::uint32_t on_odometry = 0;       ///< steps on odometry alone
   std::uint32_t against_odometry = 0;  ///< steps that were believed against it, and that no loop spans
-  /// Steps believed, though few of their samples find a partner and fit it, and that no loop spans.
+  /// Steps believed, though few of their samples find a partner and fit it, unless there is odometry and a
+  /// loop spans them.
   std::uint32_t weak = 0;
   double odometry_scale = 1;   ///< metres driven a metre of the odometry, as the scans see it; 1: no odometry
   std::uint32_t parts = 1;     ///< of the map, that nothing joins

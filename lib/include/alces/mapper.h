@@ -311,10 +311,12 @@ class Mapper {
     EdgeVariance variance;
     StepVerdict verdict = StepVerdict::first;
     double support = 1;  // share of the samples with a partner, by how well they fit it of what is usual
+    bool has_odometry = false;
   };
   struct StepRecord {  // what is kept of a step
     StepVerdict verdict = StepVerdict::first;
     std::uint8_t support_percent = 100;  // at most 255
+    bool has_odometry = false;           // that was trusted
     bool is_spanned = false;             // by a loop, which says how far off it can be
   };
   [[nodiscard]] Status refuse(Status status);

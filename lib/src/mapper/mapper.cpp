@@ -170,7 +170,8 @@ MapHealth Mapper::health() const {
     if (verdict == StepVerdict::against_odometry) ++health.against_odometry;
     if (verdict == StepVerdict::on_odometry) ++health.on_odometry;
     const bool is_matched = verdict == StepVerdict::believed || verdict == StepVerdict::found;
-    if (is_matched && !steps_[scan].is_spanned && steps_[scan].support_percent < 45) ++health.weak;
+    const bool is_known = steps_[scan].is_spanned && steps_[scan].has_odometry;
+    if (is_matched && !is_known && steps_[scan].support_percent < 45) ++health.weak;
     if (verdict == StepVerdict::apart) ++health.parts;
     const bool is_weak = verdict == StepVerdict::apart || verdict == StepVerdict::on_odometry ||
                          (scan > 0 && steps_[scan].support_percent < 60);

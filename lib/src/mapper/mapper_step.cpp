@@ -121,6 +121,7 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     doubt = StepDoubt::no_match;  // at the edge of what is a place
 
   Step step;
+  step.has_odometry = prediction.from_odometry;
   const bool is_believed = doubt == StepDoubt::none || (!config_.judge_steps && doubt != StepDoubt::no_match);
   step.last_from_next = is_believed ? match.model_from_data : prediction.last_from_next;
   if (is_believed) {
@@ -283,7 +284,8 @@ bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpSc
 
 void Mapper::add_step(std::uint32_t n, const Step& step) {
   // Certain: there is room for as many vertices as scans and for an edge each, and the poses are valid.
-  steps_[n] = {step.verdict, static_cast<std::uint8_t>(std::clamp(100 * step.support, 0.0, 255.0))};
+  steps_[n] = {step.verdict, static_cast<std::uint8_t>(std::clamp(100 * step.support, 0.0, 255.0)),
+               step.has_odometry};
   if (n == 0) {
     (void)graph_.add_vertex(Pose{});
     return;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float line_ratio = 0.01F;  // middle over largest eigenvalue: at and below, a line ...
 constexpr float bent_ratio = 5e-4F;  // ... or a bent one, and the bend tells its plane ...
-constexpr float bent_m2 = 0.0016F;   // ... if it is wider than lasers' range noise (1 to 3 cm): 4 cm
+constexpr float bent_m2 = 0.0009F;   // ... if it is wider than lasers' range noise (1 to 3 cm): 3 cm
 constexpr std::uint32_t fewest_neighbors = 5;  // fewer do not tell a plane from noise
 
 void fit_plane(const KdTree& tree, std::span<const Neighbor> neighbors, SurfaceSample& sample) {
