@@ -156,6 +156,11 @@ TEST_CASE("the verdict's line names reason, parts and scans, and says nothing wh
   CHECK(verdict_line(judged("doubtful", "its steps are off")) ==
         "verdict: doubtful: its steps are off; look at scans 12, 302, 310");
   CHECK(verdict_line(judged("good", "nothing")) == "verdict: good: nothing");
+  Json bent = judged("good", "nothing");
+  bent["health"]["tilt_deg"] = 15.4;
+  CHECK_THAT(verdict_line(bent), Contains("nothing; but heights may be bent: it tilts by 15 deg"));
+  bent["health"]["tilt_deg"] = 13.9;
+  CHECK(verdict_line(bent) == "verdict: good: nothing");
   Json parts = judged("bad", "in parts");
   parts["health"]["parts"] = 3;
   parts["health"]["weakest_scans"] = {4};

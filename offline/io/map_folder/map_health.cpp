@@ -8,7 +8,8 @@
 namespace alces::offline {
 namespace {
 
-constexpr std::size_t chance = 2;  // loops that mean nothing yet, as in judge_map()
+constexpr std::size_t chance = 2;    // loops that mean nothing yet, as in judge_map()
+constexpr double steepest_deg = 14;  // as there
 
 using Json = nlohmann::json;
 
@@ -60,7 +61,15 @@ std::string verdict_line(const Json& run) {
   const Json& health = member(run, "health");
   const Json& doubt = member(health, "doubt");
   if (doubt.is_string()) line += ": " + doubt.get<std::string>();
-  if (verdict == "good") return line;
+  if (verdict == "good") {
+    // Loops that hold a map do not keep what lies between and beyond them from bending.
+    const Json& tilt = member(health, "tilt_deg");
+    if (tilt.is_number() && tilt.get<double>() > steepest_deg)
+      line +=
+          fmt::format("; but heights may be bent: it tilts by {:.0f} deg, and vehicles with wheels do not",
+                      tilt.get<double>());
+    return line;
+  }
   if (const Json& parts = member(health, "parts"); parts.is_number_integer() && parts.get<std::int64_t>() > 1)
     line += fmt::format("; {} parts", parts.get<std::int64_t>());
   const Json& weakest = member(health, "weakest_scans");
