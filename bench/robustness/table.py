@@ -6,7 +6,6 @@ import numpy as np
 import factors as f
 
 GOOD_SHARE = 0.9  # of the maps that are right, at least
-LEAST_GOOD_SHARE = 0.9
 
 
 def row(drive, factor, judgement, result, peer):
@@ -40,7 +39,7 @@ def problems(rows):
         if entry["is_off"] and entry["verdict"] == "good":
             found.append(f"{entry['drive']}, {entry['change']}: is called good, and is off: {'; '.join(entry['reasons'])}")
     right = sums["right"]
-    if right["maps"] and right["good"] < LEAST_GOOD_SHARE * right["maps"]:
+    if right["maps"] and right["good"] < GOOD_SHARE * right["maps"]:
         found.append(f"of {right['maps']} maps that are right only {right['good']} are called good")
     return found
 

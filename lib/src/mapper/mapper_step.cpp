@@ -84,7 +84,8 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     match = icp_.match(model, {&data, 1}, prediction.last_from_next, config, used_prior);
     doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
     constexpr double a_little = 0.9;
-    if (!prediction.from_odometry && match.balanced_fit < a_little * usual_fit_.fit()) {
+    if (config_.search_steps && !prediction.from_odometry &&
+        match.balanced_fit < a_little * usual_fit_.fit()) {
       // Mostly a vehicle goes on as it went, and pairs from far off may have led away from there.
       IcpConfig near = config;
       near.first_distance_limit_m = near.last_distance_limit_m;
@@ -159,6 +160,7 @@ std::uint32_t Mapper::model_begin(std::uint32_t n) {
   // From farther off than this share of the range, surfaces are seen from another side.
   constexpr float near_share = 0.5F;
   std::uint32_t begin = n - std::min(n, config_.model_scans);
+  if (config_.model_points == 0) return begin;
   const std::uint32_t most = std::min(maximum_metascan, config_.cache_slots - 1);
   std::uint32_t points = 0;
   float near_m = 0;
