@@ -28,6 +28,10 @@ enum class MapDoubt : std::uint8_t {
 };
 [[nodiscard]] const char* text(MapDoubt doubt);
 
+/// A way is no steeper than this for vehicles with wheels: 14 deg, a fourth. The steepest streets and ramps
+/// have a fifth.
+inline constexpr double steepest_rad = 0.245;
+
 struct MapHealth {
   static constexpr std::uint32_t most_weakest = 8;
 

@@ -93,8 +93,8 @@ struct MapperConfig {
       .last_distance_limit_m = 0.5F, .robust_factor = 2.5F, .robust_scale_m = 0.02F, .finish_iterations = 8};
   float pair_reach = 2;  ///< pairs may be this many times the scan's typical spacing apart, or the last limit
   std::uint32_t model_scans = 3;  ///< the last k scans that a new one is matched to; 1: pairwise
-  /// Sparse scans have gaps that those before them fill: the model takes more of them while it has fewer
-  /// points than this, as far as the vehicle has not gone on, and as there are slots. 0: never.
+  /// Sparse scans have gaps, which older ones fill: the model takes more scans until it has this many points,
+  /// as far back as half the typical range, and as the cache has slots. 0: never.
   std::uint32_t model_points = 12000;
   MotionUncertainty motion;
   bool use_motion_prior = true;  ///< the prediction holds a match where the scans leave it open

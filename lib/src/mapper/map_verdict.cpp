@@ -16,7 +16,6 @@ constexpr Bounds odometry_share{0.02, 0.2};  // of the steps
 constexpr Bounds searched_share{0.5, 1.1};   // of more than a few steps; by itself never bad
 // Tyres wear by a few percent, and wheels skid in bends. Far off it is the scans that slide or stand.
 constexpr Bounds odometry_scale_off{0.1, 0.3};
-constexpr double steepest_rad = 0.245;   // 14 deg, a fourth: the steepest streets and ramps have a fifth
 constexpr double allowed_drift_m = 0.5;  // on however short a way
 constexpr std::uint32_t few_steps = 20;
 constexpr std::uint32_t many_revisits = 3;  // that were closed: they hold a map

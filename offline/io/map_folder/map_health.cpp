@@ -8,8 +8,7 @@
 namespace alces::offline {
 namespace {
 
-constexpr std::size_t chance = 2;    // loops that mean nothing yet, as in judge_map()
-constexpr double steepest_deg = 14;  // as there
+constexpr std::size_t chance = 2;  // loops that mean nothing yet, as in judge_map()
 
 using Json = nlohmann::json;
 
@@ -64,7 +63,7 @@ std::string verdict_line(const Json& run) {
   if (verdict == "good") {
     // Loops that hold a map do not keep what lies between and beyond them from bending.
     const Json& tilt = member(health, "tilt_deg");
-    if (tilt.is_number() && tilt.get<double>() > steepest_deg)
+    if (tilt.is_number() && tilt.get<double>() > steepest_rad * 180 / std::numbers::pi)
       line +=
           fmt::format("; but heights may be bent: it tilts by {:.0f} deg, and vehicles with wheels do not",
                       tilt.get<double>());
