@@ -23,13 +23,16 @@ run_tests() {
   return 1
 }
 
-# build PRESET [TARGET...]: configures and builds; CMake's report is shown only when it fails.
+# build PRESET [TARGET...]: configures and builds; CMake's report is shown only when it fails. A new build tree compiles eight
+# files at once, which halves the time; clang-tidy, of ALCES_TEST_ALL, wants each file for itself.
 build() {
   preset=$1
   shift
   say "building: $preset"
   mkdir -p build
-  if ! cmake --preset "$preset" >"build/$preset.configure.log" 2>&1; then
+  unity=""
+  [ -e "build/$preset/CMakeCache.txt" ] || [ "${ALCES_TEST_ALL:-0}" != 0 ] || unity=-DALCES_UNITY=ON
+  if ! cmake --preset "$preset" $unity >"build/$preset.configure.log" 2>&1; then
     cat "build/$preset.configure.log" >&2
     return 1
   fi

@@ -22,7 +22,7 @@
 namespace alces::offline {
 namespace {
 
-struct Options {
+struct CalibrateOptions {
   std::string drive;
   std::string config;
   std::string out;
@@ -35,7 +35,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* calibrate_footer = R"(Examples:
   alcesd --config vehicle.toml --record standing.mcap       the head turns, the vehicle stands, for 15 s and more; Ctrl-C
   alces calibrate standing.mcap --out mounting.toml         how lasers and head are mounted, as tables to paste
   alces calibrate standing.mcap --pictures calibration      ... and calibration/before.png, after.png to look at
@@ -198,7 +198,7 @@ void draw(const Calibration& calibration, const std::filesystem::path& folder) {
               views, "after");
 }
 
-void calibrate_drive(const Options& options) {
+void calibrate_drive(const CalibrateOptions& options) {
   CalibrationOptions calibration_options;
   if (!options.config.empty()) calibration_options.config = options.config;
   calibration_options.turns.most_turns = options.turns;
@@ -239,10 +239,10 @@ void calibrate_drive(const Options& options) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateOptions>();
   CLI::App* verb = alces.add_subcommand(
       "calibrate", "How lasers and head are mounted, from a recorded full turn of the head.");
-  verb->footer(footer);
+  verb->footer(calibrate_footer);
   verb->add_option("DRIVE", options->drive, "a recording, or a folder of traces")->required();
   verb->add_option("--out", options->out, "a TOML file for what was found: [laser_a], [laser_b], [head]");
   verb->add_option("--pictures", options->pictures, "a folder for before.png and after.png");

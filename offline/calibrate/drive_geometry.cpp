@@ -10,7 +10,7 @@ namespace alces::offline {
 namespace {
 
 constexpr int rounds = 20;
-constexpr double least_scale_m = 0.002;
+constexpr double least_residual_scale_m = 0.002;
 
 struct Line {
   Eigen::Vector2d value = Eigen::Vector2d::Zero();
@@ -50,7 +50,7 @@ Line solve_robustly(const std::vector<Eigen::Vector2d>& rows, const std::vector<
       line.value = {sum[0] / information(0, 0), 0};
       line.sigma = {std::sqrt(variance / information(0, 0)), 1e9};
     }
-    scale_m = std::max(least_scale_m, 1.4826 * *middle);
+    scale_m = std::max(least_residual_scale_m, 1.4826 * *middle);
   }
   return line;
 }

@@ -15,7 +15,7 @@
 namespace alces::offline {
 namespace {
 
-using Information = Eigen::MatrixXd;
+using PoseInformation = Eigen::MatrixXd;
 
 constexpr Eigen::Index keys_a_laser = mounting_keys;
 constexpr double prior_m = 0.1;
@@ -25,7 +25,7 @@ constexpr std::array<double, 3> first_tolerances_m{0.16, 0.10, 0.06};
 constexpr int iterations_a_tolerance = 5;
 constexpr int last_iterations = 30;
 constexpr double cauchy_factor = 2;  // of the residuals' scale
-constexpr double least_scale_m = 0.003;
+constexpr double least_distance_scale_m = 0.003;
 constexpr double largest_step_m = 0.05;
 constexpr double largest_step_rad = 0.04;
 constexpr double still_m = 1e-6;
@@ -174,11 +174,11 @@ class Solver {
   }
 
   // The normal equations of the mounting, with the shapes eliminated.
-  void linearize(Information& information, Eigen::VectorXd& gradient) {
+  void linearize(PoseInformation& information, Eigen::VectorXd& gradient) {
     const auto count = static_cast<Eigen::Index>(unknowns());
-    information = Information::Zero(count, count);
+    information = PoseInformation::Zero(count, count);
     gradient = Eigen::VectorXd::Zero(count);
-    sensitivity_ = Information::Zero(count, count);
+    sensitivity_ = PoseInformation::Zero(count, count);
     const std::vector<Eigen::Vector3d> ends_m = ray_ends_m(rays_, lasers_);
     std::vector<LaserAxes> axes;
     for (const Mounting& laser : lasers_) axes.emplace_back(laser);
@@ -229,7 +229,7 @@ class Solver {
       if (!settings_.surfaces_are_flat)
         for (const auto& view : views) add(view, -1);
     }
-    scale_m_ = std::max(least_scale_m, 1.4826 * median_of(std::move(distances_m)));
+    scale_m_ = std::max(least_distance_scale_m, 1.4826 * median_of(std::move(distances_m)));
     variance_m2_ = weight_sum > 0 ? sum / weight_sum : 0;
     for (std::size_t i = 0; i < unknowns(); ++i) {
       const auto key = static_cast<MountingKey>(i % mounting_keys);
@@ -330,11 +330,11 @@ class Solver {
     for (;;) {
       const std::vector<Eigen::Index> places = active();
       if (places.empty()) return has_dropped;
-      Information sensitivity = sensitivity_(places, places);
+      PoseInformation sensitivity = sensitivity_(places, places);
       // What moves no point has the prior alone, and is found by its standard deviation.
       sensitivity.diagonal().array() += 1e-9 * sensitivity.diagonal().maxCoeff() + 1e-12;
-      const Eigen::GeneralizedSelfAdjointEigenSolver<Information> shares(information_(places, places),
-                                                                         sensitivity);
+      const Eigen::GeneralizedSelfAdjointEigenSolver<PoseInformation> shares(information_(places, places),
+                                                                             sensitivity);
       if (shares.info() != Eigen::Success || shares.eigenvalues()[0] >= least_seen_share) return has_dropped;
       const Eigen::VectorXd direction =
           shares.eigenvectors().col(0).cwiseProduct(sensitivity.diagonal().cwiseSqrt()).cwiseAbs();
@@ -464,9 +464,9 @@ class Solver {
 
   std::vector<Mounting> lasers_;
   std::vector<FlatPatch> patches_;
-  Information information_;
-  Information sensitivity_;  ///< what would be known if the surfaces were
-  double scale_m_ = 0;       ///< of the residuals
+  PoseInformation information_;
+  PoseInformation sensitivity_;  ///< what would be known if the surfaces were
+  double scale_m_ = 0;           ///< of the residuals
   double variance_m2_ = 0;
   std::size_t iterations_ = 0;
   bool has_converged_ = false;

@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 #define ALCES_VERSION "0.1.0"
 #endif
 
-struct Options {
+struct CompareOptions {
   std::string input;
   std::string out;
   std::string truth;
@@ -56,7 +56,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* compare_footer = R"(Examples:
   alces compare drive.mcap --truth drive.truth.tum --out tables    Tables 1 and 2 of the paper, and its figures
   alces compare scans/ --truth truth.tum --out tables --only icp,elch,elch+lum
   alces compare scans/ --out tables                                without ground truth: how consistent the maps are
@@ -114,7 +114,7 @@ bool is_drive(const fs::path& input) {
   return input.extension() == ".mcap" || fs::exists(input / "vehicle.toml", ignored);
 }
 
-Input open_input(const Options& options) {
+Input open_input(const CompareOptions& options) {
   Input input;
   if (is_drive(options.input)) {
     if (!options.odometry.empty()) throw UsageError("--odometry: a drive has odometry of its own");
@@ -163,7 +163,7 @@ std::string line_of(const RowResult& row) {
   return text;
 }
 
-void compare(const Options& options) {
+void compare(const CompareOptions& options) {
   const std::vector<CompareRow> rows = select_rows(options.only);
   Input input = open_input(options);
   make_folder(options.out);
@@ -235,10 +235,10 @@ void compare(const Options& options) {
 }  // namespace
 
 void add_compare_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   CLI::App* verb = alces.add_subcommand(
       "compare", "The paper's experiment: ICP, LUM, ELCH, TORO, HOG-Man on the same scans.");
-  verb->footer(footer);
+  verb->footer(compare_footer);
   verb->add_option("SCANS|DRIVE", options->input, "a folder of scans, or a recorded drive")->required();
   verb->add_option("--out", options->out, "the folder for maps, tables and plots")->required();
   CLI::Option* truth =

@@ -13,7 +13,7 @@ namespace {
 
 // Okabe and Ito's colours, which people with colour-blind eyes tell apart; darker where they stand for
 // something that goes on from a lighter one.
-constexpr std::array<CompareRow, 8> rows{{
+constexpr std::array<CompareRow, 8> all_rows{{
     {"icp", "ICP", OnlineMethod::icp, PostMethod::none, "#999999"},
     {"lum", "LUM", OnlineMethod::lum, PostMethod::none, "#e69f00"},
     {"elch", "ELCH", OnlineMethod::elch, PostMethod::none, "#0072b2"},
@@ -27,29 +27,30 @@ constexpr std::array<CompareRow, 8> rows{{
 }  // namespace
 
 std::span<const CompareRow> compare_rows() {
-  return rows;
+  return all_rows;
 }
 
 std::vector<CompareRow> select_rows(std::string_view comma_separated) {
-  if (comma_separated.empty()) return {rows.begin(), rows.end()};
-  std::array<bool, rows.size()> is_selected{};
+  if (comma_separated.empty()) return {all_rows.begin(), all_rows.end()};
+  std::array<bool, all_rows.size()> is_selected{};
   while (true) {
     const std::size_t comma = comma_separated.find(',');
     const std::string_view key = comma_separated.substr(0, comma);
-    const auto* const row =
-        std::find_if(rows.begin(), rows.end(), [&](const CompareRow& each) { return each.key == key; });
-    if (row == rows.end()) {
+    const auto* const row = std::find_if(all_rows.begin(), all_rows.end(),
+                                         [&](const CompareRow& each) { return each.key == key; });
+    if (row == all_rows.end()) {
       std::string known;
-      for (const CompareRow& each : rows) known += fmt::format("{}{}", known.empty() ? "" : ", ", each.key);
+      for (const CompareRow& each : all_rows)
+        known += fmt::format("{}{}", known.empty() ? "" : ", ", each.key);
       throw UsageError(fmt::format("--only {}: there is no such row; rows are {}", key, known));
     }
-    is_selected.at(static_cast<std::size_t>(row - rows.begin())) = true;
+    is_selected.at(static_cast<std::size_t>(row - all_rows.begin())) = true;
     if (comma == std::string_view::npos) break;
     comma_separated.remove_prefix(comma + 1);
   }
   std::vector<CompareRow> selected;
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (is_selected.at(i)) selected.push_back(rows.at(i));
+  for (std::size_t i = 0; i < all_rows.size(); ++i)
+    if (is_selected.at(i)) selected.push_back(all_rows.at(i));
   return selected;
 }
 

@@ -18,12 +18,12 @@
 namespace alces::offline {
 namespace {
 
-constexpr std::uint32_t correspondence_capacity = 4096;
+constexpr std::uint32_t link_correspondences = 4096;
 
 /// An Icp and its memory; one a thread.
-class Matcher {
+class LinkMatcher {
  public:
-  Matcher() : block_(bytes()), arena_(block_.bytes()), icp_(arena_, correspondence_capacity) {}
+  LinkMatcher() : block_(bytes()), arena_(block_.bytes()), icp_(arena_, link_correspondences) {}
   IcpResult match(const PreparedScan& model, const PreparedScan& data, const Pose& model_from_data,
                   const IcpConfig& config) {
     const IcpScan model_scan{&model.tree(), model.samples(), {}};
@@ -34,7 +34,7 @@ class Matcher {
  private:
   static std::size_t bytes() {
     Arena counting;
-    const Icp planned(counting, correspondence_capacity);
+    const Icp planned(counting, link_correspondences);
     return counting.used_bytes();
   }
   settings::MemoryBlock block_;
@@ -107,7 +107,7 @@ LinkMatching match_links(std::span<const Pose> map_from_scan, ScanCache& cache,
                          const std::function<bool()>& stop_requested) {
   const std::vector<ScanLink> links = find_links(map_from_scan, settings.links);
   std::vector<std::optional<Constraint>> matched(links.size());
-  tbb::enumerable_thread_specific<Matcher> matchers;
+  tbb::enumerable_thread_specific<LinkMatcher> matchers;
   std::mutex reporting;
   std::size_t done = 0;
   std::atomic<bool> is_stopped = false;

@@ -10,7 +10,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) {
+double wall_seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
@@ -21,7 +21,7 @@ class TimedLinkSums final : public LinkSumSource {
            std::span<LinkSums> sums, const Progress& progress) override {
     const Clock::time_point begin = Clock::now();
     sums_.sum(links, map_from_scan, pass, sums, progress);
-    seconds_ += seconds_since(begin);
+    seconds_ += wall_seconds_since(begin);
   }
   [[nodiscard]] double seconds() const { return seconds_; }
 
@@ -54,7 +54,7 @@ ScanRelaxationResult relax_scans(std::span<const Pose> map_from_scan, ScanCache&
   result.iterations = relaxation.state().iterations;
   result.is_converged = relaxation.state().is_converged;
   result.times.front_end_s = sums.seconds();
-  result.times.back_end_s = seconds_since(begin) - sums.seconds();
+  result.times.back_end_s = wall_seconds_since(begin) - sums.seconds();
   result.link_graph = relaxation.link_graph();
   return result;
 }
@@ -90,7 +90,7 @@ bool LumRelaxation::relax(const PoseGraph& /*graph*/, std::span<Pose> map_from_b
     iterations_ += result.iterations;
     ++relaxations_;
     times_.back_end_s += result.times.back_end_s;
-    times_.front_end_s += seconds_since(begin) - result.times.back_end_s;
+    times_.front_end_s += wall_seconds_since(begin) - result.times.back_end_s;
     return true;
   } catch (const std::exception& error) {
     problem_ = error.what();

@@ -86,7 +86,7 @@ std::string consistency_table(const ExperimentResult& result) {
          "is better. A map that tears a loop open can be crisp: read them beside the revisits.\n";
 }
 
-std::string seconds(double s) {
+std::string seconds_cell(double s) {
   if (s == 0) return "";
   return s < 0.1 ? fmt::format("{:.6f}", s) : fmt::format("{:.2f}", s);
 }
@@ -98,9 +98,10 @@ std::string time_table(const ExperimentResult& result) {
       "|---|---|---|---|---|---|---|\n";
   for (const RowResult& row : result.rows) {
     const RowTimes& times = row.times;
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.2f} |\n", row.row.title, seconds(times.icp_s),
-                        seconds(times.online_front_end_s), seconds(times.online_back_end_s),
-                        seconds(times.post_front_end_s), seconds(times.post_back_end_s), times.total_s);
+    text +=
+        fmt::format("| {} | {} | {} | {} | {} | {} | {:.2f} |\n", row.row.title, seconds_cell(times.icp_s),
+                    seconds_cell(times.online_front_end_s), seconds_cell(times.online_back_end_s),
+                    seconds_cell(times.post_front_end_s), seconds_cell(times.post_back_end_s), times.total_s);
   }
   return text +
          "\n*ICP*: thinning out, indexing and matching each scan. *Online front end*: detecting loops and "
@@ -152,7 +153,7 @@ Json to_json(const RowResult& row) {
   return json;
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
+void write_table(const std::filesystem::path& path, const std::string& text) {
   OutputFile file(path);
   file.write(text);
   file.commit();
@@ -225,9 +226,9 @@ Json experiment_json(const ExperimentResult& result, const ExperimentFacts& fact
 
 void write_tables(const std::filesystem::path& out, const ExperimentResult& result,
                   const ExperimentFacts& facts) {
-  write_text(out / "tables.md", markdown_tables(result, facts));
-  write_text(out / "tables.csv", csv_table(result));
-  write_text(out / "compare.json", json_text(experiment_json(result, facts)) + "\n");
+  write_table(out / "tables.md", markdown_tables(result, facts));
+  write_table(out / "tables.csv", csv_table(result));
+  write_table(out / "compare.json", json_text(experiment_json(result, facts)) + "\n");
 }
 
 }  // namespace alces::offline

@@ -25,28 +25,28 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
 
 template <typename T>
-void append(std::string& bytes, T value) {
+void append_binary(std::string& bytes, T value) {
   std::array<char, sizeof(T)> raw{};
   std::memcpy(raw.data(), &value, sizeof(T));
   bytes.append(raw.data(), raw.size());
 }
 
 void append_xyz(std::string& bytes, const Point& point) {
-  append(bytes, point.x);
-  append(bytes, point.y);
-  append(bytes, point.z);
+  append_binary(bytes, point.x);
+  append_binary(bytes, point.y);
+  append_binary(bytes, point.z);
 }
 
 using Origin = std::array<double, 3>;
 
 void append_xyz_from(std::string& bytes, const Point& point, const Origin& origin_m) {
-  append(bytes, static_cast<double>(point.x) + origin_m[0]);
-  append(bytes, static_cast<double>(point.y) + origin_m[1]);
-  append(bytes, static_cast<double>(point.z) + origin_m[2]);
+  append_binary(bytes, static_cast<double>(point.x) + origin_m[0]);
+  append_binary(bytes, static_cast<double>(point.y) + origin_m[1]);
+  append_binary(bytes, static_cast<double>(point.z) + origin_m[2]);
 }
 
 // The count is known last: room for any 64-bit number, filled up with blanks in front.
-std::string count_text(std::uint64_t count) {
+std::string padded_count(std::uint64_t count) {
   return fmt::format("{:>20}", count);
 }
 
@@ -97,19 +97,19 @@ class FarPlyWriter final : public FileCloudWriter {
         "ply\nformat binary_little_endian 1.0\ncomment written by alces\n"
         "comment right-handed, x forward, y left, z up, metres\nelement vertex ";
     count_at_ = header.size();
-    header += count_text(0) +
+    header += padded_count(0) +
               "\nproperty double x\nproperty double y\nproperty double z\nproperty uint scan\nend_header\n";
     output_.write(header);
   }
   void finish() override {
-    output_.patch(count_at_, count_text(written()));
+    output_.patch(count_at_, padded_count(written()));
     FileCloudWriter::finish();
   }
 
  protected:
   void write(const Point& point, std::uint32_t scan, double) override {
     append_xyz_from(bytes_, point, origin_m_);
-    append(bytes_, scan);
+    append_binary(bytes_, scan);
   }
 
  private:
@@ -126,14 +126,14 @@ class PcdWriter final : public FileCloudWriter {
         "VERSION 0.7\nFIELDS x y z scan\nSIZE {0} {0} {0} 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH ",
         is_far_ ? 8 : 4);
     width_at_ = header.size();
-    header += count_text(0) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS ";
+    header += padded_count(0) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS ";
     points_at_ = header.size();
-    header += count_text(0) + "\nDATA binary\n";
+    header += padded_count(0) + "\nDATA binary\n";
     output_.write(header);
   }
   void finish() override {
-    output_.patch(width_at_, count_text(written()));
-    output_.patch(points_at_, count_text(written()));
+    output_.patch(width_at_, padded_count(written()));
+    output_.patch(points_at_, padded_count(written()));
     FileCloudWriter::finish();
   }
 
@@ -143,7 +143,7 @@ class PcdWriter final : public FileCloudWriter {
       append_xyz_from(bytes_, point, origin_m_);
     else
       append_xyz(bytes_, point);
-    append(bytes_, scan);
+    append_binary(bytes_, scan);
   }
 
  private:
@@ -178,50 +178,50 @@ class LasWriter final : public FileCloudWriter {
       const double value_m = steps * las::step_m;
       least_m_.at(axis) = count_ == 0 ? value_m : std::min(least_m_.at(axis), value_m);
       most_m_.at(axis) = count_ == 0 ? value_m : std::max(most_m_.at(axis), value_m);
-      append(bytes_, static_cast<std::int32_t>(steps));
+      append_binary(bytes_, static_cast<std::int32_t>(steps));
     }
     ++count_;
-    append(bytes_, std::uint16_t{0});                           // intensity
-    append(bytes_, std::uint8_t{0x11});                         // return 1 of 1
-    append(bytes_, std::uint8_t{0});                            // flags
-    append(bytes_, std::uint8_t{0});                            // never classified
-    append(bytes_, std::uint8_t{0});                            // user data
-    append(bytes_, std::int16_t{0});                            // scan angle
-    append(bytes_, static_cast<std::uint16_t>(scan & 0xffff));  // point source
-    append(bytes_, stamp_s);
+    append_binary(bytes_, std::uint16_t{0});                           // intensity
+    append_binary(bytes_, std::uint8_t{0x11});                         // return 1 of 1
+    append_binary(bytes_, std::uint8_t{0});                            // flags
+    append_binary(bytes_, std::uint8_t{0});                            // never classified
+    append_binary(bytes_, std::uint8_t{0});                            // user data
+    append_binary(bytes_, std::int16_t{0});                            // scan angle
+    append_binary(bytes_, static_cast<std::uint16_t>(scan & 0xffff));  // point source
+    append_binary(bytes_, stamp_s);
   }
 
  private:
   [[nodiscard]] std::string header() const {
     std::string h = "LASF";
-    append(h, std::uint16_t{0});          // file source
-    append(h, las::global_encoding_wkt);  // required of point formats from 6 on
-    h.append(16, '\0');                   // project ID
-    append(h, std::uint8_t{1});
-    append(h, std::uint8_t{4});  // LAS 1.4
+    append_binary(h, std::uint16_t{0});          // file source
+    append_binary(h, las::global_encoding_wkt);  // required of point formats from 6 on
+    h.append(16, '\0');                          // project ID
+    append_binary(h, std::uint8_t{1});
+    append_binary(h, std::uint8_t{4});  // LAS 1.4
     append_padded(h, "alces", 32);
     append_padded(h, "alces convert", 32);
-    append(h, std::uint16_t{0});  // day and year: the same input gives the same file
-    append(h, std::uint16_t{0});
-    append(h, las::header_bytes);
-    append(h, std::uint32_t{las::header_bytes});  // points follow at once
-    append(h, std::uint32_t{0});                  // no variable length records
-    append(h, std::uint8_t{6});
-    append(h, las::record_bytes_6);
-    append(h, std::uint32_t{0});  // legacy counts: not for this format
-    for (int i = 0; i < 5; ++i) append(h, std::uint32_t{0});
-    for (int axis = 0; axis < 3; ++axis) append(h, las::step_m);
-    for (const double offset_m : origin_m_) append(h, offset_m);
+    append_binary(h, std::uint16_t{0});  // day and year: the same input gives the same file
+    append_binary(h, std::uint16_t{0});
+    append_binary(h, las::header_bytes);
+    append_binary(h, std::uint32_t{las::header_bytes});  // points follow at once
+    append_binary(h, std::uint32_t{0});                  // no variable length records
+    append_binary(h, std::uint8_t{6});
+    append_binary(h, las::record_bytes_6);
+    append_binary(h, std::uint32_t{0});  // legacy counts: not for this format
+    for (int i = 0; i < 5; ++i) append_binary(h, std::uint32_t{0});
+    for (int axis = 0; axis < 3; ++axis) append_binary(h, las::step_m);
+    for (const double offset_m : origin_m_) append_binary(h, offset_m);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      append(h, most_m_.at(axis) + origin_m_.at(axis));
-      append(h, least_m_.at(axis) + origin_m_.at(axis));
+      append_binary(h, most_m_.at(axis) + origin_m_.at(axis));
+      append_binary(h, least_m_.at(axis) + origin_m_.at(axis));
     }
-    append(h, std::uint64_t{0});  // waveforms
-    append(h, std::uint64_t{0});  // extended variable length records
-    append(h, std::uint32_t{0});
-    append(h, count_);
-    append(h, count_);  // first returns
-    for (int i = 1; i < 15; ++i) append(h, std::uint64_t{0});
+    append_binary(h, std::uint64_t{0});  // waveforms
+    append_binary(h, std::uint64_t{0});  // extended variable length records
+    append_binary(h, std::uint32_t{0});
+    append_binary(h, count_);
+    append_binary(h, count_);  // first returns
+    for (int i = 1; i < 15; ++i) append_binary(h, std::uint64_t{0});
     return h;
   }
 
@@ -266,7 +266,7 @@ class KittiWriter final : public FileCloudWriter {
  protected:
   void write(const Point& point, std::uint32_t, double) override {
     append_xyz(bytes_, point);
-    append(bytes_, 0.0F);
+    append_binary(bytes_, 0.0F);
   }
 };
 

@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace replay;
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* convert_footer = R"(Examples:
   alces convert drive.mcap traces/               a recording -> candump logs, gpiomon text, raw bytes
   alces convert traces/ drive.mcap               and back: exactly the same events
   alces convert candump.log drive.mcap           a single trace; candump's screen text will do as well
@@ -55,7 +55,7 @@ What cannot be read is passed over, counted, and named on stderr with file and l
 
 constexpr std::size_t most_warnings = 10;
 
-struct Options {
+struct ConvertOptions {
   std::string in;
   std::string out;
   std::string to;
@@ -71,7 +71,7 @@ struct Options {
   bool align_starts = false;
 };
 
-TraceOptions trace_options(const Options& options) {
+TraceOptions trace_options(const ConvertOptions& options) {
   TraceOptions traces;
   if (options.stamps == "as-written") traces.candump.stamps = CandumpOptions::Stamps::as_written;
   if (options.stamps == "differences") traces.candump.stamps = CandumpOptions::Stamps::differences;
@@ -109,7 +109,7 @@ std::vector<std::string> configured_lines(const std::string& in) {
   }
 }
 
-TraceWriterOptions writer_options(const Options& options) {
+TraceWriterOptions writer_options(const ConvertOptions& options) {
   return {options.gpiomon == "1" ? GpiomonForm::libgpiod_1 : GpiomonForm::libgpiod_2, options.lines};
 }
 
@@ -141,7 +141,7 @@ void report(const RecordingWriter& writer, const std::string& in, const std::str
 }
 
 /// Results and all. What was damaged is left out.
-void copy_recording(const Options& options) {
+void copy_recording(const ConvertOptions& options) {
   static_cast<void>(RecordingSource{fs::path(options.in)});  // says it when this is none
   FileSource file(options.in.c_str());
   RecordingReader reader(file);
@@ -200,7 +200,7 @@ void hand_on(Traces& traces, EventSink& sink, std::uint64_t& events) {
   }
 }
 
-void traces_to_recording(const Options& options) {
+void traces_to_recording(const ConvertOptions& options) {
   const TraceOptions trace = trace_options(options);
   const std::uint8_t buses = count_can_buses(options.in, trace);
   Traces traces = open_traces(options.in, trace);
@@ -215,7 +215,7 @@ void traces_to_recording(const Options& options) {
   report(recording.writer(), options.in, options.out);
 }
 
-void to_traces(const Options& options) {
+void to_traces(const ConvertOptions& options) {
   Traces traces = open_traces(options.in, trace_options(options));
   warn_of_files(traces);
   std::uint64_t events = 0;
@@ -283,7 +283,7 @@ std::optional<ConversionSource> source_for(const fs::path& in, ConversionForm fo
 }
 
 /// A map, cloud or trajectory, when IN is one and OUT can be made of it.
-std::optional<MapConversion> map_conversion(const Options& options) {
+std::optional<MapConversion> map_conversion(const ConvertOptions& options) {
   const std::optional<ConversionForm> form =
       options.to.empty() ? conversion_form(options.out) : conversion_form_called(options.to);
   if (!form) {
@@ -311,7 +311,7 @@ std::optional<MapConversion> map_conversion(const Options& options) {
   return conversion;
 }
 
-void convert_map(const Options& options, const MapConversion& conversion) {
+void convert_map(const ConvertOptions& options, const MapConversion& conversion) {
   Progress progress("converting");
   const MapConversionReport report =
       convert_map(conversion, [&](std::size_t done, std::size_t total) { progress(done, total); });
@@ -329,7 +329,7 @@ void convert_map(const Options& options, const MapConversion& conversion) {
   }
 }
 
-void convert(Options options) {
+void convert(ConvertOptions options) {
   if (!fs::exists(options.in)) throw InputError(options.in, "does not exist; check the path");
   std::error_code error;
   if (fs::equivalent(options.in, options.out, error))
@@ -357,10 +357,10 @@ void convert(Options options) {
 }  // namespace
 
 void add_convert_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConvertOptions>();
   CLI::App* verb = alces.add_subcommand(
       "convert", "Drives, maps, clouds, trajectories and pose graphs in the forms of other programs.");
-  verb->footer(footer);
+  verb->footer(convert_footer);
   verb->add_option("IN", options->in,
                    "a recording (.mcap), traces, a map folder, scans, a cloud, a trajectory or a pose graph")
       ->required();

@@ -44,7 +44,7 @@ using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<
                                                    PointCloud, 3, std::uint32_t>;
 constexpr std::size_t leaf_size = 10;
 
-Eigen::Vector3d vector(const Point& point) {
+Eigen::Vector3d vector_to(const Point& point) {
   return Eigen::Vector3f(point.x, point.y, point.z).cast<double>();
 }
 
@@ -53,7 +53,7 @@ std::vector<Point> within_range(std::span<const Point> points, const Consistency
   kept.reserve(points.size());
   for (const Point& point : points) {
     if (!is_finite(point)) continue;
-    const double range_m = vector(point).norm();
+    const double range_m = vector_to(point).norm();
     if (range_m >= settings.min_range_m && range_m <= settings.max_range_m) kept.push_back(point);
   }
   return kept;
@@ -63,11 +63,11 @@ std::vector<Point> within_range(std::span<const Point> points, const Consistency
 std::optional<Eigen::Vector3d> normal(const PointCloud& cloud, std::span<const std::uint32_t> neighbours,
                                       double max_eigenvalue_ratio) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const std::uint32_t i : neighbours) mean += vector(cloud.points[i]);
+  for (const std::uint32_t i : neighbours) mean += vector_to(cloud.points[i]);
   mean /= static_cast<double>(neighbours.size());
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const std::uint32_t i : neighbours) {
-    const Eigen::Vector3d difference = vector(cloud.points[i]) - mean;
+    const Eigen::Vector3d difference = vector_to(cloud.points[i]) - mean;
     covariance += difference * difference.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);  // ascending
@@ -127,7 +127,7 @@ std::vector<double> SurfaceModel::residuals_m(std::span<const Point> b, const Po
   const Eigen::Matrix3d rotation = a_from_b.rotation.toRotationMatrix();
   const auto max_square_distance = static_cast<float>(settings_.max_distance_m * settings_.max_distance_m);
   for (std::size_t i = 0; i < points.size(); i += settings_.every) {
-    const Eigen::Vector3d point = rotation * vector(points[i]) + a_from_b.translation_m;
+    const Eigen::Vector3d point = rotation * vector_to(points[i]) + a_from_b.translation_m;
     const Eigen::Vector3f query = point.cast<float>();
     std::uint32_t nearest = 0;
     float square_distance = 0;
@@ -136,7 +136,7 @@ std::vector<double> SurfaceModel::residuals_m(std::span<const Point> b, const Po
     square_distance = max_square_distance;  // the search prunes by what lies here
     if (!tree_->index->findNeighbors(result, query.data(), nanoflann::SearchParams())) continue;
     if (tree_->normals[nearest].isZero()) continue;
-    const Eigen::Vector3d difference = point - vector(tree_->cloud.points[nearest]);
+    const Eigen::Vector3d difference = point - vector_to(tree_->cloud.points[nearest]);
     residuals_m.push_back(std::abs(difference.dot(tree_->normals[nearest].cast<double>())));
   }
   return residuals_m;

@@ -23,7 +23,7 @@
 namespace alces::offline {
 namespace {
 
-struct Options {
+struct EvaluateOptions {
   std::string trajectory;
   std::string truth;
   Alignment alignment = Alignment::none;
@@ -35,7 +35,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* evaluate_footer = R"(Examples:
   alces evaluate town --truth truth.tum                 Table 1 of the paper: mean and standard deviation
   alces evaluate town --truth truth.tum --align se3     after the best rigid fit of the two trajectories
   alces evaluate estimate.txt --truth 00.txt --json     KITTI against KITTI, for machines
@@ -82,7 +82,7 @@ void write_per_scan(const std::string& path, const Trajectory& estimate, const A
   file.commit();
 }
 
-void evaluate_against_truth(const Options& options) {
+void evaluate_against_truth(const EvaluateOptions& options) {
   const Trajectory estimate = read_trajectory(options.trajectory);
   const Trajectory truth = read_trajectory(options.truth);
   for (const Trajectory* read : {&estimate, &truth})
@@ -148,7 +148,7 @@ void evaluate_against_truth(const Options& options) {
   print_row(("RPE rotation" + over).c_str(), "deg", relative.rotation_deg);
 }
 
-void evaluate_consistency(const Options& options) {
+void evaluate_consistency(const EvaluateOptions& options) {
   const Trajectory trajectory = read_trajectory(options.trajectory);
   const std::unique_ptr<ScanSource> scans = open_scans(options.scans);
   std::vector<PairGroup> groups = neighbour_pairs(scans->size());
@@ -229,9 +229,9 @@ void evaluate_consistency(const Options& options) {
 }  // namespace
 
 void add_evaluate_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvaluateOptions>();
   CLI::App* verb = alces.add_subcommand("evaluate", "Error against ground truth, or consistency without it.");
-  verb->footer(footer);
+  verb->footer(evaluate_footer);
   verb->add_option("OUT|TRAJECTORY", options->trajectory,
                    "a map folder, or a trajectory (TUM, KITTI, 3DTK, 4x4)")
       ->required();

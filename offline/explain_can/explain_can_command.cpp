@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* explain_can_footer = R"(Examples:
   alces explain-can candump.txt                       CANopen and CiA 402 by the standards' defaults
   alces explain-can candump.txt --dcf drive.dcf       with the device's own objects, types and PDO mapping
   alces explain-can candump.txt --dcf drive.eds --node 3 --json
@@ -34,7 +34,7 @@ constexpr std::size_t most_listed = 50;
 constexpr double fold_s = 10;  ///< an emergency that comes again within this is counted, not printed ...
 constexpr std::size_t fold_lines = 1000;  ///< ... or within so many lines, where a trace has no times
 
-struct Options {
+struct ExplainCanOptions {
   std::string trace;
   std::string dcf;
   std::optional<int> node;
@@ -161,7 +161,7 @@ void print(const Summary& summary) {
   for (const std::string& what : summary.open) fmt::print("at the end: {}\n", what);
 }
 
-void explain(const Options& options) {
+void explain(const ExplainCanOptions& options) {
   std::shared_ptr<const ObjectDictionaryFile> dictionary;
   std::optional<std::uint8_t> node;
   if (!options.dcf.empty()) {
@@ -221,9 +221,9 @@ void explain(const Options& options) {
 }  // namespace
 
 void add_explain_can_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExplainCanOptions>();
   CLI::App* verb = alces.add_subcommand("explain-can", "A CAN trace in words: CANopen, drives, bus errors.");
-  verb->footer(footer);
+  verb->footer(explain_can_footer);
   verb->add_option("TRACE", options->trace, "candump's text")->required();
   verb->add_option("--dcf", options->dcf, "EDS or DCF file of the device");
   verb->add_option("--node", options->node,

@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* info_footer = R"(Examples:
   alces info scans/                a folder of scans: counts, extent, odometry, points that are not finite
   alces info town                  a map folder: its trajectory, points, graph, and the summary of its run
   alces info drive.mcap            a recorded drive: duration, messages by topic, whether it is whole
@@ -376,7 +376,7 @@ void add_info_command(CLI::App& alces) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* verb = alces.add_subcommand("info", "What a file or folder holds.");
-  verb->footer(footer);
+  verb->footer(info_footer);
   verb->add_option("ANY", options->path, "scans, a recording, a trajectory, a map folder or a pose graph")
       ->required();
   verb->add_flag("--json", options->json, "for machines");

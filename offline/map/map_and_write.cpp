@@ -23,14 +23,14 @@
 namespace alces::offline {
 namespace {
 
-constexpr std::size_t most_warnings = 10;
+constexpr std::size_t most_warnings_shown = 10;
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (std::size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i)
+  for (std::size_t i = 0; i < std::min(warnings.size(), most_warnings_shown); ++i)
     fmt::print(stderr, "alces: warning: {}\n", warnings[i]);
-  if (warnings.size() > most_warnings)
+  if (warnings.size() > most_warnings_shown)
     fmt::print(stderr, "alces: warning: {} more warnings, all are in run.json\n",
-               warnings.size() - most_warnings);
+               warnings.size() - most_warnings_shown);
 }
 
 /// Of a drive without a map, as of a laser alone: what its devices went through is worth knowing all the

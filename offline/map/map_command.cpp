@@ -22,7 +22,7 @@ namespace {
 #define ALCES_VERSION "0.1.0"
 #endif
 
-struct Options {
+struct MapOptions {
   std::vector<std::filesystem::path> scans;
   std::string out;
   std::string odometry;
@@ -37,7 +37,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* map_footer = R"(Examples:
   alces map scans/ --out town                            a folder of scans -> the map folder town/
   alces map scans/ --out town --odometry drive.tum       poses from a file instead of those beside the scans
   alces map scans/ --out town --odometry none            without poses, also where some lie beside the scans
@@ -66,7 +66,7 @@ Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reache
 130 Ctrl-C, 143 told to stop. With 3, 4, 130 and 143, and with 5 where the archive is what cannot be written, the scans mapped so
 far are in OUT.)";
 
-MapRequest request(const Options& options) {
+MapRequest request(const MapOptions& options) {
   MapRequest request;
   request.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
   if (!options.config.empty()) read_settings(options.config, request.config);
@@ -78,7 +78,7 @@ MapRequest request(const Options& options) {
   return request;
 }
 
-void map_scans(const Options& options) {
+void map_scans(const MapOptions& options) {
   if (options.prints_config) {
     fmt::print("{}", to_toml(request(options).config));
     return;
@@ -101,9 +101,9 @@ void map_scans(const Options& options) {
 }  // namespace
 
 void add_map_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MapOptions>();
   CLI::App* verb = alces.add_subcommand("map", "A consistent map from a folder of scans.");
-  verb->footer(footer);
+  verb->footer(map_footer);
   verb->add_option("SCANS", options->scans, "a folder of scans, or scan files");
   verb->add_option("--out", options->out, "the map folder to write");
   verb->add_option("--odometry", options->odometry,

@@ -14,7 +14,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) {
+double elapsed_s_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
@@ -70,7 +70,7 @@ void MapRun::run(const Callbacks& callbacks) {
       problem_ = error;
       break;
     }
-    read_wait_s_ += seconds_since(read_begin);
+    read_wait_s_ += elapsed_s_since(read_begin);
     if (!add(index, points)) break;
     if (callbacks.progress) callbacks.progress(index + 1, scans_.size());
   }
@@ -81,9 +81,9 @@ void MapRun::run(const Callbacks& callbacks) {
     mapped_.back().times.loop_match_ns += finish_times.loop_match_ns;
     mapped_.back().times.loop_share_ns += finish_times.loop_share_ns;
   }
-  mapping_s_ += seconds_since(finish_begin);
+  mapping_s_ += elapsed_s_since(finish_begin);
   remember_loops();
-  wall_s_ = seconds_since(begin);
+  wall_s_ = elapsed_s_since(begin);
 }
 
 // False: the run ends here.
@@ -92,7 +92,7 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
   const std::optional<Pose> odometry = scans_.odometry(index);
   ScanReport report;
   const Status status = mapper_->add_scan(points, odometry ? &*odometry : nullptr, report);
-  mapping_s_ += seconds_since(begin);
+  mapping_s_ += elapsed_s_since(begin);
   switch (status) {
     case Status::ok:
     case Status::no_voxel_capacity:

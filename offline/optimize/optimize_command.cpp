@@ -33,7 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct OptimizeOptions {
   std::string input;
   std::string out;
   std::string with = "gn";
@@ -47,7 +47,7 @@ struct Options {
 struct Task {
   ConstraintGraph& graph;
   const MapGraph* map;  ///< nullptr: a graph file, there are no scans
-  const Options& options;
+  const OptimizeOptions& options;
   const StopSignal& stop;
 };
 
@@ -207,7 +207,7 @@ constexpr std::array methods = {
     Method{"lum", "all scans of a map matched to each other at once", run_lum_method},
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* optimize_footer = R"(Examples:
   alces optimize sphere2500.g2o --out better.g2o             the most likely poses
   alces optimize town --out town2                            a map folder in, a map folder out: points moved along
   alces optimize town --out town2 --robust dcs --json        wrong loops switched off, and named
@@ -236,14 +236,14 @@ bool has_graph_name(const fs::path& file) {
   return file.extension() == ".g2o" || file.extension() == ".graph";
 }
 
-/// Options that only some methods know.
+/// OptimizeOptions that only some methods know.
 constexpr std::array<std::pair<const char*, const char*>, 5> owners = {{{"--start", "gn"},
                                                                         {"--robust", "gn"},
                                                                         {"--kernel-width", "gn"},
                                                                         {"--iterations", "gn"},
                                                                         {"--sharing", "elch"}}};
 
-void optimize(const CLI::App& verb, const Options& options) {
+void optimize(const CLI::App& verb, const OptimizeOptions& options) {
   for (const auto& [option, owner] : owners) {
     if (verb.count(option) > 0 && options.with != owner)
       throw UsageError(
@@ -331,9 +331,9 @@ void optimize(const CLI::App& verb, const Options& options) {
 }  // namespace
 
 void add_optimize_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<OptimizeOptions>();
   CLI::App* verb = alces.add_subcommand("optimize", "The best poses that a pose graph's constraints allow.");
-  verb->footer(footer);
+  verb->footer(optimize_footer);
   verb->add_option("INPUT", options->input, "a pose graph (g2o, TORO) or a map folder")->required();
   verb->add_option("--out", options->out, "the graph file (.g2o, .graph) or folder to write")->required();
   std::vector<std::string> names;

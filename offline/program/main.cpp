@@ -20,7 +20,7 @@ namespace {
 #define ALCES_VERSION "0.1.0"
 #endif
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* program_footer = R"(Examples:
   alces info scans/                                  what is in there?
   alces map scans/ --out town                        scans -> a consistent map in the folder town/
   alces replay drive.mcap --out town                 a recorded drive -> the same
@@ -72,7 +72,7 @@ int run(int argc, char** argv) {
   CLI::App alces{"Loop-closing 6D SLAM: maps from 3D laser scans, and what to do with them on the desk.",
                  "alces"};
   alces.set_version_flag("--version", "alces " ALCES_VERSION);
-  alces.footer(footer);
+  alces.footer(program_footer);
   alces.require_subcommand(1);
 
   add_map_command(alces);

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ReferenceOptions {
   std::vector<std::string> inputs;
   std::string buildings;
   std::string airborne;
@@ -43,7 +43,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* reference_footer = R"(Examples:
   alces reference map.ply scans/ --out truth.tum                      scans matched to a surveyed cloud
   alces reference --buildings outlines.geojson --airborne ground.las scans/ --out truth.tum
                                                                       as the paper did: walls from outlines, and a flight
@@ -57,7 +57,7 @@ trusted, in the map's frame, and says of the others why not; truth.quality.csv h
 Outlines: GeoJSON polygons with a property "height", or text: 'building HEIGHT [BASE]', then a corner 'x y' a line.
 Metres, and the same frame for outlines and cloud. Walls alone leave height and tilt open: scans are then not trusted.)";
 
-std::vector<std::optional<Pose>> start_poses(const Options& options, const ScanSource& scans) {
+std::vector<std::optional<Pose>> start_poses(const ReferenceOptions& options, const ScanSource& scans) {
   std::vector<std::optional<Pose>> start;
   bool has_any = false;
   for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -82,7 +82,7 @@ Eigen::Vector3d origin_of(const std::vector<Building>& buildings) {
   return origin_m;
 }
 
-void reference(const Options& options) {
+void reference(const ReferenceOptions& options) {
   const bool has_parts = !options.buildings.empty() || !options.airborne.empty();
   if (options.inputs.size() != (has_parts ? 1U : 2U))
     throw UsageError(has_parts ? "with --buildings or --airborne there is one more argument: SCANS"
@@ -174,9 +174,9 @@ void reference(const Options& options) {
 }  // namespace
 
 void add_reference_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReferenceOptions>();
   CLI::App* verb = alces.add_subcommand("reference", "Ground truth: scans matched to a surveyed map.");
-  verb->footer(footer);
+  verb->footer(reference_footer);
   verb->add_option("[MAP] SCANS", options->inputs, "a cloud (PLY, PCD, LAS, CSV), then a folder of scans")
       ->required()
       ->expected(1, 2);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t correspondence_capacity = 4096;
 constexpr double still_moving_m = 0.01;
-constexpr double least_curvature_ratio = 0.01;  // a street with few walls across it has 0.05
+constexpr double enough_curvature_ratio = 0.01;  // a street with few walls across it has 0.05
 
 ReferenceVerdict judge(const IcpResult& match, double last_moved_m, const ReferenceSettings& settings) {
   if (match.verdict == IcpVerdict::too_few_correspondences) return ReferenceVerdict::too_few;
@@ -56,7 +56,7 @@ class Matcher {
     if (pose.verdict == ReferenceVerdict::trusted &&
         surface_agreement(scan, match.model_from_data, map.tree(),
                           static_cast<double>(settings_.match.last_distance_limit_m))
-                .least_curvature_ratio < least_curvature_ratio)
+                .least_curvature_ratio < enough_curvature_ratio)
       pose.verdict = ReferenceVerdict::undetermined;
     pose.overlap = match.overlap;
     pose.rms_m = match.rms_m;

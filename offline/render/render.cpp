@@ -240,7 +240,7 @@ double round_step(double value) {
   return power;
 }
 
-std::string metres(double value_m) {
+std::string metres_text(double value_m) {
   return fmt::format("{:g} m", value_m);
 }
 
@@ -395,7 +395,7 @@ void draw_scale_bar(Canvas& canvas, const Panel& panel) {
     canvas.line(right - length, y, right, y, width);
     for (const double x : {right - length, right}) canvas.line(x, y - 5 * panel.u, x, y + 5 * panel.u, width);
   }
-  canvas.label(right - length / 2, y - 9 * panel.u, 14 * panel.u, metres(length_m), ink, 0.5);
+  canvas.label(right - length / 2, y - 9 * panel.u, 14 * panel.u, metres_text(length_m), ink, 0.5);
 }
 
 /// Everything over the points, and the frame.

@@ -14,7 +14,7 @@
 namespace alces::offline {
 namespace {
 
-struct Options {
+struct RenderOptions {
   std::string map_folder;
   std::string png;
   std::string compare;
@@ -22,7 +22,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* render_footer = R"(Examples:
   alces render town --out town.png                          both views
   alces render town --out top.png --view top --size 3000    from above, 3000 pixels along the longer side
   alces render town --out town.png --compare truth.tum      another trajectory over it, dashed
@@ -30,7 +30,7 @@ constexpr const char* footer = R"(Examples:
 From above, brightness is the logarithm of the points a pixel holds and the height they span, so that walls stand out
 of the ground. Colour is height. Rings mark the places where loops were closed, crossed ones where they were refused.)";
 
-void render(Options& options) {
+void render(RenderOptions& options) {
   if (!options.compare.empty()) {
     options.settings.compare = read_trajectory(options.compare);
     options.settings.compare_name = std::filesystem::path(options.compare).filename().string();
@@ -58,10 +58,10 @@ void render(Options& options) {
 
 void add_render_command(CLI::App& alces) {
   using View = RenderSettings::View;
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderOptions>();
   CLI::App* verb =
       alces.add_subcommand("render", "A picture of a map: from above and obliquely, with the drive.");
-  verb->footer(footer);
+  verb->footer(render_footer);
   verb->add_option("OUT", options->map_folder, "a map folder")->required();
   verb->add_option("--out", options->png, "the PNG to write")->required();
   verb->add_option("--view", options->settings.view, "top, oblique or both")

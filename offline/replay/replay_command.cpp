@@ -19,7 +19,7 @@ namespace {
 #define ALCES_VERSION "0.1.0"
 #endif
 
-struct Options {
+struct ReplayOptions {
   std::string drive;
   std::string out;
   std::string config;
@@ -32,7 +32,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* replay_footer = R"(Examples:
   alces replay drive.mcap --out town                     a recorded drive -> the map folder town/
   alces replay traces/ --out town                        candump, gpiomon and raw laser traces, with a vehicle.toml
   alces replay traces/ --config vehicle.toml --out town  ... or with one given here
@@ -49,7 +49,7 @@ odometry and the GPS went through.
 Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reached, 5 a device failed or a file cannot be written,
 130 Ctrl-C.)";
 
-void replay_drive(const Options& options) {
+void replay_drive(const ReplayOptions& options) {
   DriveReplayOptions replay_options;
   if (!options.config.empty()) replay_options.config = options.config;
   replay_options.deskew = !options.no_deskew;
@@ -88,10 +88,10 @@ void replay_drive(const Options& options) {
 }  // namespace
 
 void add_replay_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   CLI::App* verb =
       alces.add_subcommand("replay", "A map from a recorded drive: through the drivers and the mapper.");
-  verb->footer(footer);
+  verb->footer(replay_footer);
   verb->add_option("DRIVE", options->drive, "a recording, or a folder of traces")->required();
   verb->add_option("--out", options->out, "the map folder to write")->required();
   verb->add_option("--config", options->config, "a vehicle.toml instead of the recording's own");

@@ -73,7 +73,7 @@ std::string block(std::string_view id, std::string_view text) {
 }
 
 /// Float32, column behind column.
-class Columns {
+class TableColumns {
  public:
   template <typename Items, typename Value>
   void add(const char* name, const Items& items, Value value) {
@@ -92,8 +92,8 @@ class Columns {
   std::vector<float> numbers_;
 };
 
-Columns scan_columns(const ReportMap& map) {
-  Columns columns;
+TableColumns scan_columns(const ReportMap& map) {
+  TableColumns columns;
   const double first_s = map.trajectory.stamps_s.front();
   // Scan numbers as they are; times since the first scan, so that 32 bits are enough.
   columns.add("stamp", map.trajectory.stamps_s,
@@ -165,7 +165,7 @@ ReportSummary write_report(const std::filesystem::path& map_folder, const std::f
   say("drawing it from above");
   const std::string title = std::filesystem::weakly_canonical(map_folder).filename().string();
   const std::string static_map = static_map_svg(map);
-  const Columns columns = scan_columns(map);
+  const TableColumns columns = scan_columns(map);
   const std::string scans_block = block("scans", columns.text());
 
   Json report;

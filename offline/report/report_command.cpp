@@ -15,7 +15,7 @@
 namespace alces::offline {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::string map_folder;
   std::string html;
   std::string limit;
@@ -24,7 +24,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* report_footer = R"(Examples:
   alces report town --out town.html                      the page; open it in any browser, without a network
   alces report town --out town.html --full               every point, to the millimetre, however large
   alces report town --out town.html --limit 8MB          small enough for a mail
@@ -54,7 +54,7 @@ class Stages {
   bool is_terminal_ = isatty(STDERR_FILENO) == 1;
 };
 
-void report(const Options& options) {
+void report(const ReportOptions& options) {
   ReportSettings settings;
   settings.full = options.full;
   if (!options.comparison.empty()) settings.comparison = options.comparison;
@@ -96,9 +96,9 @@ void report(const Options& options) {
 }  // namespace
 
 void add_report_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   CLI::App* verb = alces.add_subcommand("report", "A page of a map to send to somebody: one HTML file.");
-  verb->footer(footer);
+  verb->footer(report_footer);
   verb->add_option("OUT", options->map_folder, "a map folder")->required();
   verb->add_option("--out", options->html, "the HTML file to write")->required();
   verb->add_flag("--full", options->full, "every point, to the millimetre");

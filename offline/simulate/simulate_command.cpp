@@ -18,7 +18,7 @@
 namespace alces::offline {
 namespace {
 
-struct Options {
+struct SimulateOptions {
   DriveSimulationSettings settings;
   std::string out;
   std::string truth;
@@ -27,7 +27,7 @@ struct Options {
   bool prints_config = false;
 };
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* simulate_footer = R"(Examples:
   alces simulate --scans 924 --seed 1 --out drive.mcap   the paper's drive: 1.24 km, five loops, 924 scans
   alces simulate --scans 40 --out short.mcap             around one block
   alces simulate --out drive.mcap --fault laser_unplugged@120+5 --fault node_reset@200
@@ -45,7 +45,7 @@ Ctrl-C ends the drive early; the recording is whole.
 
 Exit status: 0 done, 2 usage, 3 invalid configuration, 5 a device failed or a file cannot be written, 130 Ctrl-C.)";
 
-void simulate(Options& options) {
+void simulate(SimulateOptions& options) {
   DriveSimulationSettings& settings = options.settings;
   try {
     settings.vehicle = options.config.empty() ? settings::default_vehicle_settings()
@@ -90,10 +90,10 @@ void simulate(Options& options) {
 }  // namespace
 
 void add_simulate_command(CLI::App& alces) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   CLI::App* verb =
       alces.add_subcommand("simulate", "A recorded drive of a simulated vehicle, with its ground truth.");
-  verb->footer(footer);
+  verb->footer(simulate_footer);
   verb->add_option("--out", options->out, "the recording to write (MCAP)");
   verb->add_option("--truth", options->truth, "where the true poses go, instead of beside the recording");
   verb->add_option("--scans", options->settings.scans, "how long the drive is, in scans of 1.2 s")

@@ -32,14 +32,14 @@ std::vector<std::string> cells_of(std::string_view line) {
   return cells;
 }
 
-bool is_number(const std::string& cell) {
+bool is_number_cell(const std::string& cell) {
   double value = 0;
   const char* const end = cell.data() + cell.size();
   return parse_number(cell.data(), end, value) == end;
 }
 
 /// "1,5;2,5": the first line that holds numbers says it for all.
-bool writes_decimal_commas(std::string_view bytes) {
+bool has_decimal_commas(std::string_view bytes) {
   while (!bytes.empty()) {
     const std::size_t stop = std::min(bytes.find('\n'), bytes.size());
     const std::string_view line = bytes.substr(0, stop);
@@ -58,7 +58,7 @@ bool writes_decimal_commas(std::string_view bytes) {
 /// True: the line is none of numbers but of names.
 bool NumberTable::take_heading(std::string_view line) {
   std::vector<std::string> cells = cells_of(line);
-  if (cells.size() < 2 || std::any_of(cells.begin(), cells.end(), is_number)) return false;
+  if (cells.size() < 2 || std::any_of(cells.begin(), cells.end(), is_number_cell)) return false;
   if (headings_.size() < most_headings) headings_.push_back(std::move(cells));
   return true;
 }
@@ -67,8 +67,7 @@ NumberTable NumberTable::read(const std::filesystem::path& file) {
   std::string bytes;
   read_file(file, bytes);
   NumberTable table;
-  if (writes_decimal_commas(without_byte_order_mark(bytes)))
-    std::replace(bytes.begin(), bytes.end(), ',', '.');
+  if (has_decimal_commas(without_byte_order_mark(bytes))) std::replace(bytes.begin(), bytes.end(), ',', '.');
   const char* at = without_byte_order_mark(bytes).data();
   const char* const end = bytes.data() + bytes.size();
   bool may_be_named = true;  // one line of names, above all numbers

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little, "map.ply is written as
 
 // The count is known last: room for any 64-bit number, filled up with blanks in front, which every reader
 // skips.
-std::string count_text(std::uint64_t count) {
+std::string vertex_count_text(std::uint64_t count) {
   return fmt::format("{:>20}", count);
 }
 
@@ -33,7 +33,7 @@ struct PlyMapWriter::Impl {
         "comment right-handed, x forward, y left, z up, metres, origin scan 0\n"
         "element vertex ";
     count_position = header.size();
-    header += count_text(0) + "\nproperty float x\nproperty float y\nproperty float z\n";
+    header += vertex_count_text(0) + "\nproperty float x\nproperty float y\nproperty float z\n";
     header += attribute == Attribute::scan
                   ? "property uint scan\n"
                   : "property uchar red\nproperty uchar green\nproperty uchar blue\n";
@@ -100,7 +100,7 @@ std::uint64_t PlyMapWriter::not_finite() const {
 }
 
 void PlyMapWriter::finish() {
-  impl_->output.patch(impl_->count_position, count_text(impl_->written));
+  impl_->output.patch(impl_->count_position, vertex_count_text(impl_->written));
   impl_->output.commit();
 }
 

@@ -16,7 +16,7 @@
 namespace alces::offline {
 namespace {
 
-struct Field {
+struct VertexField {
   std::size_t offset = 0;
   NumberType type = NumberType::f32;
 };
@@ -25,8 +25,8 @@ struct Vertices {
   std::endian order = std::endian::little;
   std::uint64_t count = 0;
   std::size_t bytes = 0;  ///< of one
-  std::array<Field, 3> xyz;
-  std::optional<Field> scan;
+  std::array<VertexField, 3> xyz;
+  std::optional<VertexField> scan;
 };
 
 // Leaves the stream where the vertices begin.
@@ -51,7 +51,7 @@ Vertices find_vertices(const std::filesystem::path& file, std::istream& stream) 
       vertices.xyz.at(axis) = {vertices.bytes, property.type};
       found.at(axis) = true;
     }
-    if (property.name == "scan") vertices.scan = Field{vertices.bytes, property.type};
+    if (property.name == "scan") vertices.scan = VertexField{vertices.bytes, property.type};
     vertices.bytes += size_of(property.type);
   }
   if (!found[0] || !found[1] || !found[2]) throw InputError(file, "its vertices have no x, y and z");

@@ -14,7 +14,7 @@
 namespace alces::offline {
 namespace {
 
-constexpr std::array<std::uint8_t, 8> magic = {0x89, 'A', 'L', 'C', 'E', 'S', '\r', '\n'};
+constexpr std::array<std::uint8_t, 8> stored_scan_magic = {0x89, 'A', 'L', 'C', 'E', 'S', '\r', '\n'};
 constexpr std::uint32_t file_version = 1;
 constexpr std::size_t head_bytes = 24;  // the file's header, and a scan's
 
@@ -55,7 +55,7 @@ bool is_head_whole(std::span<const std::byte> head) {
 
 StoredScanWriter::StoredScanWriter(const std::filesystem::path& file, std::uint32_t scans) : file_(file) {
   Head head;
-  for (const std::uint8_t byte : magic) head.put(byte);
+  for (const std::uint8_t byte : stored_scan_magic) head.put(byte);
   head.put(file_version);
   head.put(scans);
   head.put(std::uint32_t{0});
@@ -86,8 +86,8 @@ StoredScanFile::StoredScanFile(std::filesystem::path file) : path_(std::move(fil
   if (file_bytes_ < head_bytes) fail("is no file of stored scans: it has less than a header");
   read_bytes(0, head_bytes);
   const std::span<const std::byte> head(record_);
-  for (std::size_t i = 0; i < magic.size(); ++i) {
-    if (std::to_integer<std::uint8_t>(head[i]) != magic[i])
+  for (std::size_t i = 0; i < stored_scan_magic.size(); ++i) {
+    if (std::to_integer<std::uint8_t>(head[i]) != stored_scan_magic[i])
       fail("is no file of stored scans: it does not begin like one");
   }
   if (!is_head_whole(head)) fail("the checksum of its header differs");

@@ -33,11 +33,11 @@ bool is_word(std::string_view token, std::size_t letters) {
          parse_number(text.data(), text.data() + text.size(), value) == nullptr;
 }
 
-bool is_count(std::string_view token) {
+bool is_digits(std::string_view token) {
   return all_of(token, "0123456789");
 }
 
-bool is_number(std::string_view token) {
+bool is_number_token(std::string_view token) {
   double value = 0;
   const std::string text(token);  // for the 0 behind it
   const char* const end = text.data() + text.size();
@@ -46,7 +46,7 @@ bool is_number(std::string_view token) {
 
 // "361 x 480", which 3DTK itself takes for a header, or "361 rows 480 columns".
 bool is_grid(std::span<const std::string_view> tokens) {
-  if (tokens.size() < 3 || !is_count(tokens[0]) || !is_count(tokens[2])) return false;
+  if (tokens.size() < 3 || !is_digits(tokens[0]) || !is_digits(tokens[2])) return false;
   return tokens.size() == 3 ? tokens[1] == "x"
                             : tokens.size() == 4 && is_word(tokens[1], 2) && is_word(tokens[3], 2);
 }
@@ -60,8 +60,8 @@ bool is_header(std::string_view line) {
   const std::span<const std::string_view> tokens = std::span(room).first(count);
   if (tokens.empty()) return false;
   if (tokens[0].front() == '#' || is_grid(tokens)) return true;
-  if (std::count_if(tokens.begin(), tokens.end(), is_number) > 1) return false;
-  return is_word(tokens[0], 1) || (is_count(tokens[0]) && (count == 1 || is_word(tokens[1], 2)));
+  if (std::count_if(tokens.begin(), tokens.end(), is_number_token) > 1) return false;
+  return is_word(tokens[0], 1) || (is_digits(tokens[0]) && (count == 1 || is_word(tokens[1], 2)));
 }
 
 }  // namespace
@@ -78,7 +78,8 @@ void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points) {
     std::string_view rest = first_line;
     const std::string_view count = take_token(rest);
     // only a lone number is a promise
-    if (is_count(count) && take_token(rest).empty() && parse_number(count.data(), end, promised) == nullptr) {
+    if (is_digits(count) && take_token(rest).empty() &&
+        parse_number(count.data(), end, promised) == nullptr) {
       promised = -1;
     }
     at += first_line.size();

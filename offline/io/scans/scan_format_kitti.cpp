@@ -17,18 +17,18 @@ constexpr BinaryRecord kitti = {4, false};
 constexpr BinaryRecord nuscenes = {5, false};
 
 /// What the numbers at one place of all records look like.
-struct Column {
+struct RecordColumn {
   bool is_whole = true;
   float least = INFINITY;
   float most = -INFINITY;
   double negative_share = 0;
 };
 
-Column column_of(std::string_view bytes, const BinaryRecord& record, std::size_t place) {
+RecordColumn column_of(std::string_view bytes, const BinaryRecord& record, std::size_t place) {
   constexpr std::size_t enough = 20'000;
   const std::size_t records = bytes.size() / record.bytes();
   const std::size_t step = std::max<std::size_t>(1, records / enough);
-  Column column;
+  RecordColumn column;
   std::size_t count = 0;
   std::size_t negative = 0;
   for (std::size_t i = 0; i < records; i += step) {
@@ -49,7 +49,7 @@ constexpr double intensities_may_be_negative = 0.05;  // as share of all
 bool looks_like_nuscenes(std::string_view bytes) {
   constexpr std::size_t least_records = 8;  // fewer say nothing
   if (bytes.size() % nuscenes.bytes() != 0 || bytes.size() < least_records * nuscenes.bytes()) return false;
-  const Column ring = column_of(bytes, nuscenes, 4);
+  const RecordColumn ring = column_of(bytes, nuscenes, 4);
   return ring.is_whole && ring.least >= 0 && ring.most <= 255 &&
          column_of(bytes, nuscenes, 3).negative_share <= intensities_may_be_negative &&
          !column_of(bytes, nuscenes, 0).is_whole;

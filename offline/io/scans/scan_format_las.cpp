@@ -18,7 +18,7 @@ T at(std::string_view bytes, std::size_t offset) {
   return load<T>(bytes.data() + offset, std::endian::little);
 }
 
-struct Header {
+struct LasHeader {
   std::uint64_t count = 0;
   std::size_t points_at = 0;
   std::size_t record_bytes = 0;
@@ -26,7 +26,7 @@ struct Header {
   std::array<double, 3> offset_m{};
 };
 
-Header read_header(const ScanBytes& scan) {
+LasHeader read_header(const ScanBytes& scan) {
   const std::string_view bytes = scan.bytes;
   if (!bytes.starts_with("LASF")) throw InputError(scan.file, "does not begin with LASF; it is no LAS file");
   if (bytes.size() < las::header_bytes_1_0)
@@ -38,7 +38,7 @@ Header read_header(const ScanBytes& scan) {
                      "is compressed (LAZ), for which Debian has no library; write it as LAS first");
   if (format >= las::record_bytes.size())
     throw InputError(scan.file, fmt::format("has point format {}; LAS has 0 to 10", format));
-  Header header;
+  LasHeader header;
   header.points_at = at<std::uint32_t>(bytes, las::points_at);
   header.record_bytes = at<std::uint16_t>(bytes, las::record_size_at);
   if (header.record_bytes < las::record_bytes.at(format))
@@ -68,7 +68,7 @@ Header read_header(const ScanBytes& scan) {
 }  // namespace
 
 void parse_las(const ScanBytes& scan, std::vector<Point>& points) {
-  const Header header = read_header(scan);
+  const LasHeader header = read_header(scan);
   points.resize(header.count);
   const char* record = scan.bytes.data() + header.points_at;
   for (Point& point : points) {

@@ -20,7 +20,7 @@
 namespace alces::offline {
 namespace {
 
-bool joins_neighbours(const Constraint& c) {
+bool is_odometry_edge(const Constraint& c) {
   return c.from + std::uint64_t{1} == c.to || c.to + std::uint64_t{1} == c.from;
 }
 
@@ -65,7 +65,7 @@ class Drive {
     std::iota(order.begin(), order.end(), 0U);
     const auto key = [&](std::uint32_t i) {
       const Constraint& c = graph_.constraints[i];
-      return std::pair(std::max(c.from, c.to), !joins_neighbours(c));
+      return std::pair(std::max(c.from, c.to), !is_odometry_edge(c));
     };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });

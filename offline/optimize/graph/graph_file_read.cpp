@@ -28,7 +28,7 @@ namespace {
 constexpr double quaternion_tolerance = 0.01;
 
 // Beyond this a pose is a slip, not a place: squares of it times any information stay finite.
-constexpr double farthest_m = 1e12;
+constexpr double farthest_position_m = 1e12;
 
 enum class Kind : std::uint8_t { vertex, edge, fix };
 
@@ -193,8 +193,8 @@ class Reader {
       }
       pose.rotation.normalize();
     }
-    if (pose.translation_m.cwiseAbs().maxCoeff() > farthest_m)
-      fail(fmt::format("a position beyond {:g} m is no place; correct it", farthest_m));
+    if (pose.translation_m.cwiseAbs().maxCoeff() > farthest_position_m)
+      fail(fmt::format("a position beyond {:g} m is no place; correct it", farthest_position_m));
     return pose;
   }
 

@@ -13,7 +13,7 @@ namespace alces::offline {
 namespace {
 
 // From where the poses are, or from the measurements along a tree: whichever they fit better.
-void choose_start(ConstraintGraph& graph) {
+void choose_hogman_start(ConstraintGraph& graph) {
   ConstraintGraph tree = graph;
   start_from_spanning_tree(tree);
   if (chi_squared(tree) < chi_squared(graph)) graph.vertices = std::move(tree.vertices);
@@ -69,7 +69,7 @@ class HogMan::Hierarchy {
     const auto steps_above = static_cast<std::uint32_t>(levels_.size() - 1);
     const std::uint32_t steps = steps_above + settings_.refine_iterations;
     std::uint32_t iterations = 0;
-    if (chooses_start) choose_start(levels_.back().graph());
+    if (chooses_start) choose_hogman_start(levels_.back().graph());
     for (std::size_t k = levels_.size(); k-- > 0;) {
       if (k + 1 < levels_.size()) levels_[k].settle(levels_[k + 1], 0, 0, settings_.local_iterations);
       GaussNewtonCallbacks own;

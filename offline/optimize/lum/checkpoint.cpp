@@ -13,7 +13,7 @@ namespace alces::offline {
 namespace {
 
 using Json = nlohmann::json;
-constexpr const char* magic = "alces lum checkpoint 1";
+constexpr const char* checkpoint_magic = "alces lum checkpoint 1";
 
 // FNV-1a: tells a damaged file, no more is asked of it.
 std::uint64_t checksum(const std::vector<std::uint8_t>& bytes) {
@@ -42,7 +42,7 @@ void write_checkpoint(const std::filesystem::path& file, const LumState& state,
   }
   const std::vector<std::uint8_t> body = Json::to_cbor(json);  // numbers to the last bit
   OutputFile output(file);
-  output.write(fmt::format("{} {:016x}\n", magic, checksum(body)));
+  output.write(fmt::format("{} {:016x}\n", checkpoint_magic, checksum(body)));
   output.write({reinterpret_cast<const char*>(body.data()), body.size()});
   output.commit();
 }
@@ -55,7 +55,8 @@ LumState read_checkpoint(const std::filesystem::path& file, std::size_t poses,
   const std::vector<std::uint8_t> body(
       bytes.begin() + static_cast<std::ptrdiff_t>(line == std::string::npos ? bytes.size() : line + 1),
       bytes.end());
-  if (line == std::string::npos || bytes.substr(0, line) != fmt::format("{} {:016x}", magic, checksum(body)))
+  if (line == std::string::npos ||
+      bytes.substr(0, line) != fmt::format("{} {:016x}", checkpoint_magic, checksum(body)))
     throw InputError(file, "is damaged, or no checkpoint of this version; start again without --resume");
   LumState state;
   try {

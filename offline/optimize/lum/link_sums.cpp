@@ -17,7 +17,7 @@ double robust_weight(double squared_m2, double scale_m) {
   return 1 / (ratio * ratio);
 }
 
-Eigen::Vector3f vector(const Point& p) {
+Eigen::Vector3f float_vector(const Point& p) {
   return {p.x, p.y, p.z};
 }
 
@@ -67,7 +67,7 @@ void sum_one_way(const End& asking, const End& asked, const Pose& asked_from_ask
   std::uint32_t hint = Neighbor::none;  // samples follow the tree's order: the last answer is near the next
   for (std::size_t i = 0; i < samples.size(); i += pass.stride) {
     const SurfaceSample& sample = samples[i];
-    const Eigen::Vector3f body_point = vector(asking.scan.tree().point(sample.index));
+    const Eigen::Vector3f body_point = float_vector(asking.scan.tree().point(sample.index));
     const Eigen::Vector3f query = rotation * body_point + translation_m;
     ++summation.sums.queries;
     const Neighbor nearest = asked.scan.tree().nearest({query.x(), query.y(), query.z()}, limit_m2, hint);
@@ -75,7 +75,8 @@ void sum_one_way(const End& asking, const End& asked, const Pose& asked_from_ask
     hint = nearest.index;
     ++summation.sums.correspondences;
     const Eigen::Vector3f p = asking.rotation * body_point + asking.place_m;
-    const Eigen::Vector3f q = asked.rotation * vector(asked.scan.tree().point(nearest.index)) + asked.place_m;
+    const Eigen::Vector3f q =
+        asked.rotation * float_vector(asked.scan.tree().point(nearest.index)) + asked.place_m;
     const Eigen::Vector3d error = sign * (q - p).cast<double>();
     const Eigen::Vector3d place = p.cast<double>();
     const double plane_weight =

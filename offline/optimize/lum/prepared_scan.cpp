@@ -5,7 +5,7 @@
 namespace alces::offline {
 namespace {
 
-struct Header {
+struct PreparedHeader {
   std::uint32_t points = 0;
   std::uint32_t samples = 0;
 };
@@ -31,7 +31,7 @@ std::size_t PreparedScan::bytes() const {
 std::string PreparedScan::to_bytes() const {
   std::vector<Point> points(tree_.size());
   for (std::uint32_t i = 0; i < tree_.size(); ++i) points[i] = tree_.point(i);
-  const Header header{tree_.size(), static_cast<std::uint32_t>(samples_.size())};
+  const PreparedHeader header{tree_.size(), static_cast<std::uint32_t>(samples_.size())};
   std::string bytes(sizeof(header) + points.size() * sizeof(Point) + samples_.size() * sizeof(SurfaceSample),
                     '\0');
   char* to = bytes.data();
@@ -44,7 +44,7 @@ std::string PreparedScan::to_bytes() const {
 }
 
 bool PreparedScan::from_bytes(std::string_view bytes) {
-  Header header;
+  PreparedHeader header;
   if (bytes.size() < sizeof(header)) return false;
   std::memcpy(&header, bytes.data(), sizeof(header));
   const std::size_t expected = sizeof(header) + std::size_t{header.points} * sizeof(Point) +
