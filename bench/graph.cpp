@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "alces/loop_optimizer.h"
+#include "experiments/back_ends/hogman.h"
+#include "experiments/back_ends/toro.h"
 #include "offline/optimize/graph/elch_on_graph.h"
 #include "offline/optimize/graph/gauss_newton.h"
 #include "offline/optimize/graph/graph_file.h"
-#include "offline/optimize/graph/hogman.h"
-#include "offline/optimize/graph/toro.h"
 #include "support.h"
 #include "support/in_block.h"
 #include "support/ring_graph.h"

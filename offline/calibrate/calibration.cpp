@@ -67,7 +67,7 @@ std::vector<DriveStep> match_drive(const std::filesystem::path& drive,
   MapRequest request;
   request.config = settings.mapper;
   request.memory_bytes = std::size_t{512} << 20;
-  request.loop_back_end = LoopBackEnd::none;
+  request.loop_back_end = "none";
   MapRun run(scans, request);
   std::size_t done = 0;
   run.run({[&](std::size_t now, std::size_t) {

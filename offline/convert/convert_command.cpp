@@ -24,6 +24,7 @@
 #include "offline/io/scans/scan_source.h"
 #include "offline/program/command.h"
 #include "recording_file.h"
+#include "settings_conversion.h"
 
 namespace alces::offline {
 namespace {
@@ -41,6 +42,7 @@ constexpr const char* convert_footer = R"(Examples:
   alces convert town town.las                    a map as LAS; also .ply, .pcd (binary), .csv, .bin (KITTI)
   alces convert town town.kitti                  its trajectory; also .tum, and a folder called frames (3DTK)
   alces convert town town.mcap                   its scans, poses, edges and loops, for Foxglove and ROS 2
+  alces convert old.toml new.toml                a configuration of an earlier version by today's names
   alces convert intel.g2o intel.graph            a pose graph as TORO's; .tum, .kitti: its poses
   alces convert scans/ all.pcd --odometry p.tum  a folder of scans, each at its pose, as one cloud
   alces convert drive.mcap drive.las             what alcesd mapped during the drive
@@ -334,6 +336,12 @@ void convert(ConvertOptions options) {
   std::error_code error;
   if (fs::equivalent(options.in, options.out, error))
     throw UsageError(fmt::format("{} is both read and written; name another OUT", options.in));
+  if (fs::path(options.in).extension() == ".toml") {
+    if (fs::path(options.out).extension() != ".toml")
+      throw UsageError(fmt::format("{} is a configuration; end OUT's name in .toml", options.in));
+    fmt::print("{} -> {}: {}\n", options.in, options.out, convert_settings(options.in, options.out));
+    return;
+  }
   try {
     if (const std::optional<MapConversion> conversion = map_conversion(options)) {
       convert_map(options, *conversion);

@@ -53,8 +53,8 @@ file was the odometry, so that 'alces evaluate' can tell when it is taken for th
 graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops). It is written beside OUT and takes
 its place when it is whole; files of others in OUT stay. The frame is REP 103's, metres, the origin is the first scan.
 
---loop-optimizer toro or hogman puts the optimisers that ELCH's paper compares with into LOA's place, for comparison; they
-work outside of --memory. Detecting, matching and believing loops stay as they are. none closes no loops.
+--loop-optimizer none closes no loops. toro or hogman, where alces has them, put the optimisers that ELCH's paper compares
+with into LOA's place; they work outside of --memory. Detecting, matching and believing loops stay as they are.
 
 --memory is all that the mapper has: one block, planned before the first scan. Scans that do not fit go to a file in OUT that is
 removed at the end, or to --archive FILE, which stays and may be removed afterwards. Its voxel table has room for the fullest scan; only
@@ -70,7 +70,7 @@ MapRequest request(const MapOptions& options) {
   MapRequest request;
   request.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
   if (!options.config.empty()) read_settings(options.config, request.config);
-  request.loop_back_end = loop_back_end(options.loop_optimizer).value_or(LoopBackEnd::elch);
+  request.loop_back_end = options.loop_optimizer;
   const auto memory = parse_byte_size(options.memory);
   if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
   request.memory_bytes = *memory;

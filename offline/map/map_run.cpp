@@ -23,9 +23,9 @@ double metres(float cell_size_m) {
   return std::round(1e6 * static_cast<double>(cell_size_m)) / 1e6;
 }
 
-MapperConfig complete(const MapRequest& request, LoopBackEnd back_end, ScanSource& scans) {
+MapperConfig complete(const MapRequest& request, const std::string& back_end, ScanSource& scans) {
   MapperConfig config = request.config;
-  if (back_end == LoopBackEnd::none) config.close_loops = false;
+  if (back_end == "none") config.close_loops = false;
   constexpr std::size_t most_scans = 100'000'000;  // a scan costs memory: this is far beyond any block
   if (config.scan_capacity == 0)
     config.scan_capacity = static_cast<std::uint32_t>(std::clamp<std::size_t>(scans.size(), 1, most_scans));
@@ -38,7 +38,7 @@ MapperConfig complete(const MapRequest& request, LoopBackEnd back_end, ScanSourc
 MapRun::MapRun(ScanSource& scans, const MapRequest& request)
     : scans_(scans),
       archive_file_(request.archive),
-      loop_back_end_(request.config.close_loops ? request.loop_back_end : LoopBackEnd::none),
+      loop_back_end_(request.config.close_loops ? request.loop_back_end : "none"),
       config_(complete(request, loop_back_end_, scans)),
       plan_(plan_memory(config_, request.memory_bytes)),
       block_(plan_.block_bytes),

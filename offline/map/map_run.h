@@ -30,9 +30,9 @@ struct MapRequest {
   MapperConfig config;
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
-  LoopBackEnd loop_back_end = LoopBackEnd::elch;  ///< none: config.close_loops is taken for false
-  GraphRelaxation* relaxation = nullptr;          ///< instead of the back end's own; outlives the run
-  std::function<bool()> is_stopped;               ///< ends the survey for the fullest scan; may be empty
+  std::string loop_back_end = "elch";     ///< none: config.close_loops is taken for false
+  GraphRelaxation* relaxation = nullptr;  ///< instead of the back end's own; outlives the run
+  std::function<bool()> is_stopped;       ///< ends the survey for the fullest scan; may be empty
 };
 
 /// A scan that is in the map.
@@ -80,7 +80,9 @@ class MapRun {
   [[nodiscard]] Mapper& mapper() { return *mapper_; }
   [[nodiscard]] const Mapper& mapper() const { return *mapper_; }
   [[nodiscard]] const MemoryPlan& memory() const { return plan_; }
-  [[nodiscard]] LoopBackEnd loop_back_end() const { return loop_back_end_; }  ///< none: no loops are closed
+  [[nodiscard]] const std::string& loop_back_end() const {
+    return loop_back_end_;
+  }  ///< none: no loops are closed
   [[nodiscard]] const std::optional<std::filesystem::path>& archive() const { return archive_file_; }
   [[nodiscard]] const std::vector<MappedScan>& mapped() const {
     return mapped_;
@@ -118,7 +120,7 @@ class MapRun {
 
   ScanSource& scans_;
   std::optional<std::filesystem::path> archive_file_;
-  LoopBackEnd loop_back_end_;
+  std::string loop_back_end_;
   MapperConfig config_;
   MemoryPlan plan_;
   MemoryBlock block_;

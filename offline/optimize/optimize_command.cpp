@@ -23,42 +23,14 @@
 #include "offline/optimize/graph/elch_on_graph.h"
 #include "offline/optimize/graph/gauss_newton.h"
 #include "offline/optimize/graph/graph_file.h"
-#include "offline/optimize/graph/hogman.h"
 #include "offline/optimize/graph/map_graph.h"
-#include "offline/optimize/graph/toro.h"
 #include "offline/program/command.h"
+#include "optimize_method.h"
 
 namespace alces::offline {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct OptimizeOptions {
-  std::string input;
-  std::string out;
-  std::string with = "gn";
-  GaussNewtonSettings gauss_newton;
-  ElchSettings elch;
-  LumOptions lum;
-  bool json = false;
-};
-
-/// What a method works on, and how it speaks meanwhile.
-struct Task {
-  ConstraintGraph& graph;
-  const MapGraph* map;  ///< nullptr: a graph file, there are no scans
-  const OptimizeOptions& options;
-  const StopSignal& stop;
-};
-
-/// What it says afterwards; its own figures under its own names.
-struct Outcome {
-  nlohmann::json details = nlohmann::json::object();
-  std::string sentence;
-  bool was_stopped = false;
-  bool keeps_edges = true;        ///< chi-squared before and after are of the same edges
-  std::optional<LumOutcome> lum;  ///< of which something is left to write
-};
 
 /// "alces: TEXT" on one line of stderr if that is a terminal; the line goes away with the object.
 class StatusLine {
@@ -88,7 +60,7 @@ const char* name(GaussNewtonEnd end) {
   return names.at(static_cast<std::size_t>(end));
 }
 
-Outcome run_gauss_newton(const Task& task) {
+OptimizeOutcome run_gauss_newton(const OptimizeTask& task) {
   GaussNewtonResult result;
   {
     StatusLine line;
@@ -100,7 +72,7 @@ Outcome run_gauss_newton(const Task& task) {
                                         },
                                     .stop_requested = [&] { return task.stop.received() != 0; }});
   }
-  Outcome outcome;
+  OptimizeOutcome outcome;
   outcome.was_stopped = result.end == GaussNewtonEnd::stopped;
   outcome.details = {{"start", name(result.start)},
                      {"chi_squared_start", result.chi_squared_start},
@@ -122,7 +94,7 @@ Outcome run_gauss_newton(const Task& task) {
   return outcome;
 }
 
-Outcome run_elch(const Task& task) {
+OptimizeOutcome run_elch(const OptimizeTask& task) {
   ElchResult result;
   {
     Progress progress("closing loops");
@@ -131,7 +103,7 @@ Outcome run_elch(const Task& task) {
         {.progress = [&](std::size_t done, std::size_t total) { progress(done, total); },
          .stop_requested = [&] { return task.stop.received() != 0; }});
   }
-  Outcome outcome;
+  OptimizeOutcome outcome;
   outcome.was_stopped = result.was_stopped;
   outcome.details = {{"chi_squared_odometry", result.chi_squared_odometry},
                      {"sharing", task.options.elch.rule == SharingRule::trails ? "trails" : "paper"},
@@ -149,11 +121,11 @@ Outcome run_elch(const Task& task) {
   return outcome;
 }
 
-Outcome run_lum_method(const Task& task) {
+OptimizeOutcome run_lum_method(const OptimizeTask& task) {
   if (task.map == nullptr)
     throw UsageError("--with lum matches scans and needs a map folder; a graph file has none");
   LumOutcome lum = run_lum(*task.map, task.options.lum, task.options.out, task.stop);
-  Outcome outcome;
+  OptimizeOutcome outcome;
   outcome.keeps_edges = false;
   outcome.was_stopped = lum.was_stopped;
   outcome.details = lum.details;
@@ -163,49 +135,14 @@ Outcome run_lum_method(const Task& task) {
   return outcome;
 }
 
-/// TORO and HOG-Man tell the same things.
-template <typename Result>
-Outcome back_end_outcome(const Result& result) {
-  Outcome outcome;
-  outcome.was_stopped = result.stopped;
-  outcome.details = {{"iterations", result.iterations}};
-  outcome.sentence = fmt::format("{} iterations{}", result.iterations, result.stopped ? ", stopped" : "");
-  return outcome;
+std::vector<OptimizeMethod>& methods() {
+  static std::vector<OptimizeMethod> all = {
+      {"gn", "Gauss-Newton / Levenberg-Marquardt over all edges at once", run_gauss_newton},
+      {"elch", "each loop edge closed in order with LOA", run_elch},
+      {"lum", "all scans of a map matched to each other at once", run_lum_method},
+  };
+  return all;
 }
-
-Outcome run_toro(const Task& task) {
-  Progress progress("spreading errors over the tree");
-  return back_end_outcome(
-      optimize_toro(task.graph, {},
-                    {.progress = [&](std::uint32_t done, std::uint32_t total) { progress(done, total); },
-                     .stop_requested = [&] { return task.stop.received() != 0; }}));
-}
-
-Outcome run_hogman(const Task& task) {
-  Progress progress("optimizing the hierarchy");
-  const HogManResult result =
-      optimize_hogman(task.graph, {},
-                      {.progress = [&](std::uint32_t done, std::uint32_t total) { progress(done, total); },
-                       .stop_requested = [&] { return task.stop.received() != 0; }});
-  Outcome outcome = back_end_outcome(result);
-  outcome.details["level_vertices"] = result.level_vertices;
-  return outcome;
-}
-
-struct Method {
-  const char* name;
-  const char* what;
-  Outcome (*run)(const Task& task);
-};
-
-/// A new method is a line here.
-constexpr std::array methods = {
-    Method{"gn", "Gauss-Newton / Levenberg-Marquardt over all edges at once", run_gauss_newton},
-    Method{"elch", "each loop edge closed in order with LOA", run_elch},
-    Method{"toro", "stochastic gradient descent over a tree: near the optimum from any start", run_toro},
-    Method{"hogman", "Gauss-Newton over a hierarchy of graphs", run_hogman},
-    Method{"lum", "all scans of a map matched to each other at once", run_lum_method},
-};
 
 constexpr const char* optimize_footer = R"(Examples:
   alces optimize sphere2500.g2o --out better.g2o             the most likely poses
@@ -223,7 +160,6 @@ trajectory.tum. Of a map folder a complete map folder comes out.
               chain), spanning-tree, chordal (orientations first), or best, the better of file and chordal.
 --with elch   starts from odometry and closes one loop after the other; not the optimum, but what the vehicle does.
               --sharing trails (as the mapper) or paper (its first rule).
---with toro   good from a poor start, not quite the optimum. --with hogman: a hierarchy first, then the optimum.
               Both: docs/back-ends.md.
 --with lum    global relaxation (docs/lum.md): scans near each other are linked and matched, all poses solved for at once,
               again and again until nothing moves. Takes the scans from where 'alces map' found them, or --scans. Links
@@ -236,7 +172,7 @@ bool has_graph_name(const fs::path& file) {
   return file.extension() == ".g2o" || file.extension() == ".graph";
 }
 
-/// OptimizeOptions that only some methods know.
+/// Options that only some methods know.
 constexpr std::array<std::pair<const char*, const char*>, 5> owners = {{{"--start", "gn"},
                                                                         {"--robust", "gn"},
                                                                         {"--kernel-width", "gn"},
@@ -274,8 +210,8 @@ void optimize(const CLI::App& verb, const OptimizeOptions& options) {
   const double before = chi_squared(graph);
   const StopSignal stop;
   const auto begin = std::chrono::steady_clock::now();
-  Outcome outcome;
-  for (const Method& method : methods) {
+  OptimizeOutcome outcome;
+  for (const OptimizeMethod& method : methods()) {
     if (options.with == method.name)
       outcome = method.run({.graph = graph, .map = map ? &*map : nullptr, .options = options, .stop = stop});
   }
@@ -330,6 +266,10 @@ void optimize(const CLI::App& verb, const OptimizeOptions& options) {
 
 }  // namespace
 
+void add_optimize_method(const OptimizeMethod& method) {
+  methods().push_back(method);
+}
+
 void add_optimize_command(CLI::App& alces) {
   auto options = std::make_shared<OptimizeOptions>();
   CLI::App* verb = alces.add_subcommand("optimize", "The best poses that a pose graph's constraints allow.");
@@ -338,7 +278,7 @@ void add_optimize_command(CLI::App& alces) {
   verb->add_option("--out", options->out, "the graph file (.g2o, .graph) or folder to write")->required();
   std::vector<std::string> names;
   std::string description = "how:";
-  for (const Method& method : methods) {
+  for (const OptimizeMethod& method : methods()) {
     names.emplace_back(method.name);
     description += fmt::format(" {} ({})", method.name, method.what);
   }

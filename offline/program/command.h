@@ -20,8 +20,6 @@ void add_replay_command(CLI::App& alces);
 void add_simulate_command(CLI::App& alces);
 void add_explain_can_command(CLI::App& alces);
 void add_convert_command(CLI::App& alces);
-void add_compare_command(CLI::App& alces);
-void add_reference_command(CLI::App& alces);
 void add_optimize_command(CLI::App& alces);
 void add_calibrate_command(CLI::App& alces);
 

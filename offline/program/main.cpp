@@ -2,14 +2,18 @@
 // sentence on stderr and an exit status.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "alces_platform/doing.h"
 #include "command.h"
+#include "extension.h"
+#include "nearest.h"
 #include "offline/io/files/error.h"
 #include "offline/optimize/processes.h"
 
@@ -28,7 +32,6 @@ constexpr const char* program_footer = R"(Examples:
   alces evaluate town --truth truth.tum              error against ground truth, as in the paper's Table 1
   alces evaluate town --consistency scans/           how well the visits of a place agree, without ground truth
   alces render town --out town.png                   a picture to look at
-  alces compare drive.mcap --truth truth.tum --out tables   ICP, LUM, ELCH, TORO, HOG-Man: the paper's tables
   alces optimize town --out town2                    the best poses that its graph allows
   alces report town --out town.html                  a page to send to a colleague
   alces calibrate standing.mcap --out mounting.toml  how the lasers and the head are mounted, from full turns at rest
@@ -68,6 +71,37 @@ int hint(const CLI::App& alces) {
   return usage;
 }
 
+std::vector<std::string> verb_names(CLI::App& alces) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : alces.get_subcommands({})) names.push_back(verb->get_name());
+  return names;
+}
+
+/// What CLI says of a word that it does not know, and what that word was probably meant to be.
+std::string complaint(CLI::App& alces, const CLI::ParseError& error, int argc, char** argv) {
+  const std::vector<std::string> names = verb_names(alces);
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (!first.empty() && first[0] != '-' && std::find(names.begin(), names.end(), first) == names.end()) {
+    const std::string nearest = nearest_word(first, names);
+    return fmt::format("there is no verb {}{}", first,
+                       nearest.empty() ? "" : "; did you mean " + nearest + "?");
+  }
+  std::string sentence = error.what();
+  const auto verbs = alces.get_subcommands();
+  if (verbs.empty() || error.get_exit_code() != static_cast<int>(CLI::ExitCodes::ExtrasError))
+    return sentence;
+  std::vector<std::string> options;
+  for (const CLI::Option* option : verbs.front()->get_options())
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  for (const std::string& word : verbs.front()->remaining()) {
+    const std::string given = word.substr(0, word.find('='));
+    if (!given.starts_with("--")) continue;
+    if (const std::string nearest = nearest_word(given, options); !nearest.empty())
+      return fmt::format("{} has no option {}; did you mean {}?", verbs.front()->get_name(), given, nearest);
+  }
+  return sentence;
+}
+
 int run(int argc, char** argv) {
   CLI::App alces{"Loop-closing 6D SLAM: maps from 3D laser scans, and what to do with them on the desk.",
                  "alces"};
@@ -84,10 +118,9 @@ int run(int argc, char** argv) {
   add_simulate_command(alces);
   add_explain_can_command(alces);
   add_convert_command(alces);
-  add_compare_command(alces);
-  add_reference_command(alces);
   add_optimize_command(alces);
   add_calibrate_command(alces);
+  for (const Extension add_verbs : extensions()) add_verbs(alces);
 
   const Doing verb(argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "");
   try {
@@ -98,7 +131,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& success) {  // --help, --version
     return alces.exit(success);
   } catch (const CLI::ParseError& error) {
-    complain(usage, error.what());
+    complain(usage, complaint(alces, error, argc, argv));
     return hint(alces);
   } catch (const UsageError& error) {
     complain(usage, error.what());

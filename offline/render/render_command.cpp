@@ -1,11 +1,13 @@
 // alces render: a picture of a map.
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "offline/io/files/error.h"
 #include "offline/io/files/json_text.h"
 #include "offline/io/map_folder/trajectory.h"
 #include "offline/program/command.h"
@@ -31,6 +33,9 @@ From above, brightness is the logarithm of the points a pixel holds and the heig
 of the ground. Colour is height. Rings mark the places where loops were closed, crossed ones where they were refused.)";
 
 void render(RenderOptions& options) {
+  if (std::filesystem::path(options.png).extension() != ".png")
+    throw UsageError(
+        fmt::format("--out {}: a PNG is written; give it a name that ends in .png", options.png));
   if (!options.compare.empty()) {
     options.settings.compare = read_trajectory(options.compare);
     options.settings.compare_name = std::filesystem::path(options.compare).filename().string();

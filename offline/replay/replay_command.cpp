@@ -67,7 +67,7 @@ void replay_drive(const ReplayOptions& options) {
     request.memory_bytes = *memory;
   }
   if (!options.archive.empty()) request.archive = options.archive;
-  request.loop_back_end = loop_back_end(options.loop_optimizer).value_or(LoopBackEnd::elch);
+  request.loop_back_end = options.loop_optimizer;
 
   PrefetchingScanSource scans(std::move(owned));
   const auto absolute = [](const std::string& path) {

@@ -163,7 +163,9 @@ ReportSummary write_report(const std::filesystem::path& map_folder, const std::f
     ++(loop.contains("accepted") && loop["accepted"] == true ? summary.loops_closed : summary.loops_refused);
 
   say("drawing it from above");
-  const std::string title = std::filesystem::weakly_canonical(map_folder).filename().string();
+  const std::string title = settings.title.empty()
+                                ? std::filesystem::weakly_canonical(map_folder).filename().string()
+                                : settings.title;
   const std::string static_map = static_map_svg(map);
   const TableColumns columns = scan_columns(map);
   const std::string scans_block = block("scans", columns.text());

@@ -11,6 +11,7 @@
 namespace alces::offline {
 
 struct ReportSettings {
+  std::string title;  ///< empty: the map folder's name
   /// All points at the fine step, however large the file becomes.
   bool full = false;
   /// Of the file, not `full`. What the rest leaves belongs to the points.

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +19,7 @@ namespace {
 struct ReportOptions {
   std::string map_folder;
   std::string html;
+  std::string title;
   std::string limit;
   std::string comparison;
   bool full = false;
@@ -55,7 +57,14 @@ class Stages {
 };
 
 void report(const ReportOptions& options) {
+  const std::string extension = std::filesystem::path(options.html).extension().string();
+  if (extension != ".html" && extension != ".htm") {
+    throw UsageError(fmt::format(
+        "--out {}: an HTML page is written; give it a name that ends in .html (a browser prints it as PDF)",
+        options.html));
+  }
   ReportSettings settings;
+  settings.title = options.title;
   settings.full = options.full;
   if (!options.comparison.empty()) settings.comparison = options.comparison;
   if (!options.limit.empty()) {
@@ -101,6 +110,7 @@ void add_report_command(CLI::App& alces) {
   verb->footer(report_footer);
   verb->add_option("OUT", options->map_folder, "a map folder")->required();
   verb->add_option("--out", options->html, "the HTML file to write")->required();
+  verb->add_option("--title", options->title, "above the page; the map folder's name unless given");
   verb->add_flag("--full", options->full, "every point, to the millimetre");
   verb->add_option("--limit", options->limit, "the file is to be no larger")->default_str("25MB");
   verb->add_option("--compare", options->comparison,

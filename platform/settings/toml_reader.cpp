@@ -1,5 +1,7 @@
 #include "toml_reader.h"
 
+#include <utility>
+
 #include "alces_platform/settings/byte_size.h"
 #include "alces_platform/settings/settings_error.h"
 
@@ -7,6 +9,29 @@ namespace alces::settings {
 namespace {
 
 constexpr std::size_t longest_text = 4000;
+
+/// Tables as earlier versions called them. Recordings carry their configuration: these are read for ever.
+constexpr std::array<std::pair<const char*, const char*>, 3> earlier_names{{
+    {"belief", "loop_verification"},
+    {"step_belief", "step_verification"},
+    {"sharing", "loop_correction"},
+}};
+
+void rename_earlier_tables(toml::table& root, const std::string& name) {
+  for (const auto& [earlier, present] : earlier_names) {
+    const toml::node* node = root.get(earlier);
+    if (node == nullptr) continue;
+    if (root.contains(present)) {
+      throw Error(
+          name, node->source().begin.line,
+          fmt::format("{} is what earlier versions called {}, which is there, too; remove one of them",
+                      earlier, present));
+    }
+    toml::node& moved = *root.get(earlier);
+    moved.visit([&root, present = present](auto& value) { root.insert(present, std::move(value)); });
+    root.erase(earlier);
+  }
+}
 
 bool is_printable(std::string_view text) {
   return std::none_of(text.begin(), text.end(), [](char c) {
@@ -19,7 +44,9 @@ bool is_printable(std::string_view text) {
 
 toml::table parse_toml(std::string_view text, const std::string& name) {
   try {
-    return toml::parse(text, name);
+    toml::table root = toml::parse(text, name);
+    rename_earlier_tables(root, name);
+    return root;
   } catch (const toml::parse_error& error) {
     const std::string what(error.description());
     if (error.source().begin.line == 0) throw Error(name, "cannot be read (" + what + ")");

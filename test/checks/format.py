@@ -13,7 +13,7 @@ def main():
         print("skipped: clang-format is not installed")
         return 77
     files = []
-    for part in ("lib", "drivers", "platform", "onboard", "offline", "test", "bench", "docs"):
+    for part in ("lib", "drivers", "platform", "onboard", "offline", "experiments", "test", "bench", "docs"):
         for folder, _, names in os.walk(os.path.join(root, part)):
             files += [os.path.join(folder, n) for n in sorted(names) if n.endswith((".h", ".hpp", ".cpp"))]
     tracked = subprocess.run(["git", "-C", root, "ls-files", "-z"], capture_output=True, text=True)

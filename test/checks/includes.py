@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Includes run one way: onboard, offline -> platform -> drivers -> lib. lib and drivers use few outside headers."""
+"""Includes run one way: experiments -> offline -> platform; onboard -> platform -> drivers -> lib. lib and drivers use few outside headers."""
 import os
 import re
 import sys
@@ -11,6 +11,7 @@ MAY_INCLUDE = {
     "platform": {"drivers", "lib"},
     "onboard": {"platform", "drivers", "lib"},
     "offline": {"platform", "drivers", "lib"},
+    "experiments": {"offline", "platform", "drivers", "lib"},
 }
 # What drivers know of lib: poses, points, and how a block of memory is handed out.
 DRIVERS_KNOW = {"lib/include/alces/pose.h", "lib/include/alces/point.h", "lib/include/alces/arena.h",

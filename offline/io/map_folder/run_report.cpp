@@ -148,7 +148,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["source"]["odometry"] = odometry(run);
   json["origin_m"] = run.source().origin_m();
   json["front_end"] = program.front_end;
-  json["loop_optimizer"] = name(run.loop_back_end());
+  json["loop_optimizer"] = run.loop_back_end();
   json["settings"] = to_json(run.mapper().config());
   json["complete"] = !run.problem().has_value();
   json["stopped_by"] = run.problem() ? Json(run.problem()->what()) : Json();

@@ -1,10 +1,9 @@
-// What bends the map when a loop is closed during a drive: LOA in the mapper itself, or one of the optimisers
-// that the paper compares it with, over the mapper's graph (paper, section 4.2).
+// What bends the map when a loop is closed during a drive: LOA in the mapper itself ("elch"), or another
+// optimiser over the mapper's graph. "none" closes no loops. experiments/ adds those that the paper compares
+// with (paper, section 4.2).
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,16 +14,11 @@
 
 namespace alces::offline {
 
-enum class LoopBackEnd : std::uint8_t { elch, toro, hogman, none };
-
-/// As --loop-optimizer and run.json name it.
-[[nodiscard]] std::string_view name(LoopBackEnd back_end);
-[[nodiscard]] std::optional<LoopBackEnd> loop_back_end(std::string_view name);
-[[nodiscard]] std::vector<std::string> loop_back_end_names();
-
+/// The mapper's vertex; the first is fixed.
+[[nodiscard]] ConstraintVertex vertex_of(const PoseGraph& graph, std::uint32_t i);
 /// The mapper's edge as a constraint with full information; see g2o_information().
 [[nodiscard]] Constraint constraint_of(const Edge& edge);
-/// The whole graph; its first vertex is fixed.
+/// The whole graph.
 [[nodiscard]] ConstraintGraph constraint_graph_of(const PoseGraph& graph);
 
 /// Owned by whoever runs the mapper, one a map.
@@ -38,8 +32,16 @@ class GraphRelaxation : public LoopRelaxation {
   std::string problem_;
 };
 
-/// TORO goes through all of the graph at each closure; HOG-Man keeps its hierarchy and goes only where
-/// something has changed. Null for elch and none, which need no other back end.
-[[nodiscard]] std::unique_ptr<GraphRelaxation> make_graph_relaxation(LoopBackEnd back_end);
+using MakeGraphRelaxation = std::unique_ptr<GraphRelaxation> (*)();
+
+/// Offers one more, as --loop-optimizer and run.json are to name it. Before the command line is built, by one
+/// thread; a name that is there already keeps what it stands for.
+void add_loop_back_end(std::string name, MakeGraphRelaxation make);
+
+/// elch, those that were added, none.
+[[nodiscard]] std::vector<std::string> loop_back_end_names();
+
+/// Null for elch and none, which need no other back end. UsageError: no such name.
+[[nodiscard]] std::unique_ptr<GraphRelaxation> make_graph_relaxation(std::string_view name);
 
 }  // namespace alces::offline

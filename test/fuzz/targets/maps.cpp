@@ -4,13 +4,13 @@
 
 #include "../memory_file.h"
 #include "alces/stored_scan.h"
+#include "experiments/reference/building_outlines.h"
 #include "offline/io/files/error.h"
 #include "offline/io/map_folder/ply_stream.h"
 #include "offline/io/map_folder/scan_table.h"
 #include "offline/io/map_folder/stored_scan_file.h"
 #include "offline/io/map_folder/trajectory.h"
 #include "offline/optimize/lum/checkpoint.h"
-#include "offline/reference/building_outlines.h"
 #include "offline/report/report_map.h"
 
 namespace alces::fuzz {

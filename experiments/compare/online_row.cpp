@@ -20,19 +20,19 @@ namespace {
 
 constexpr double s_per_ns = 1e-9;
 
-LoopBackEnd back_end_of(OnlineMethod method) {
+const char* back_end_of(OnlineMethod method) {
   switch (method) {
     case OnlineMethod::icp:
-      return LoopBackEnd::none;
+      return "none";
     case OnlineMethod::toro:
-      return LoopBackEnd::toro;
+      return "toro";
     case OnlineMethod::hogman:
-      return LoopBackEnd::hogman;
+      return "hogman";
     case OnlineMethod::lum:
     case OnlineMethod::elch:
       break;
   }
-  return LoopBackEnd::elch;
+  return "elch";
 }
 
 /// The file goes away with the object.

@@ -20,7 +20,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "constraint_graph.h"
+#include "offline/optimize/graph/constraint_graph.h"
 
 namespace alces::offline {
 

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <vector>
 
-#include "graph_parts.h"
 #include "offline/io/files/error.h"
+#include "offline/optimize/graph/graph_parts.h"
 #include "spanning_tree.h"
 
 namespace alces::offline {

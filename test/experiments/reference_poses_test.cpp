@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "experiments/reference/building_outlines.h"
+#include "experiments/reference/reference_map.h"
+#include "experiments/reference/reference_poses.h"
 #include "offline/io/files/error.h"
 #include "offline/io/map_folder/trajectory.h"
-#include "offline/reference/building_outlines.h"
-#include "offline/reference/reference_map.h"
-#include "offline/reference/reference_poses.h"
 #include "room.h"
 #include "run_alces.h"
 #include "temporary_folder.h"

@@ -8,11 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "offline/compare/drive_observer.h"
-#include "offline/compare/experiment.h"
-#include "offline/compare/link_matching.h"
-#include "offline/compare/plots.h"
-#include "offline/compare/tables.h"
+#include "experiments/back_ends/loop_back_ends.h"
+#include "experiments/compare/drive_observer.h"
+#include "experiments/compare/experiment.h"
+#include "experiments/compare/link_matching.h"
+#include "experiments/compare/plots.h"
+#include "experiments/compare/tables.h"
 #include "offline/io/files/error.h"
 #include "offline/io/scans/spooled_scan_source.h"
 #include "room.h"
@@ -46,6 +47,7 @@ struct Bench {
   ExperimentRequest request;
 
   explicit Bench(std::string_view rows) {
+    add_loop_back_ends();
     request.map = small_request();
     request.map.config.detector.minimum_gap_m = 0;  // the whole way is 5 m long
     request.map.config.belief.known_m = 0;          // and so short that the map knows it well

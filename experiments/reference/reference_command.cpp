@@ -21,6 +21,7 @@
 #include "offline/io/scans/scan_source.h"
 #include "offline/map/scan_progress.h"
 #include "offline/program/command.h"
+#include "reference_command.h"
 #include "reference_map.h"
 #include "reference_poses.h"
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "constraint_graph.h"
+#include "offline/optimize/graph/constraint_graph.h"
 
 namespace alces::offline {
 

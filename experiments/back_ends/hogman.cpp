@@ -4,10 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "gauss_newton.h"
-#include "graph_parts.h"
 #include "hogman_level.h"
 #include "offline/io/files/error.h"
+#include "offline/optimize/graph/gauss_newton.h"
+#include "offline/optimize/graph/graph_parts.h"
 
 namespace alces::offline {
 namespace {

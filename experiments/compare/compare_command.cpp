@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "compare_command.h"
 #include "experiment.h"
 #include "offline/evaluate/circular_truth.h"
 #include "offline/evaluate/evaluation.h"

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "constraint_jacobian.h"
-#include "graph_start.h"
 #include "offline/io/files/error.h"
+#include "offline/optimize/graph/constraint_jacobian.h"
+#include "offline/optimize/graph/graph_start.h"
 
 namespace alces::offline {
 namespace {

@@ -5,10 +5,10 @@
 #include <chrono>
 
 #include "drive_observer.h"
+#include "experiments/back_ends/hogman.h"
+#include "experiments/back_ends/toro.h"
 #include "offline/io/files/error.h"
-#include "offline/optimize/graph/hogman.h"
 #include "offline/optimize/graph/map_graph.h"
-#include "offline/optimize/graph/toro.h"
 #include "online_row.h"
 #include "scan_relaxation.h"
 

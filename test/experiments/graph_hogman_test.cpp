@@ -1,5 +1,5 @@
 // HOG-Man in one go and while the graph grows.
-#include "offline/optimize/graph/hogman.h"
+#include "experiments/back_ends/hogman.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

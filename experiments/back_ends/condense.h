@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "constraint_graph.h"
+#include "offline/optimize/graph/constraint_graph.h"
 
 namespace alces::offline {
 

@@ -5,8 +5,8 @@
 
 #include "alces/pose_graph.h"
 #include "condense.h"
-#include "gauss_newton.h"
-#include "graph_parts.h"
+#include "offline/optimize/graph/gauss_newton.h"
+#include "offline/optimize/graph/graph_parts.h"
 
 namespace alces::offline {
 namespace {

@@ -1,5 +1,5 @@
 // TORO on graphs whose truth is known, on those that are none, and beside the optimum on published ones.
-#include "offline/optimize/graph/toro.h"
+#include "experiments/back_ends/toro.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

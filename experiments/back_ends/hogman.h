@@ -26,7 +26,7 @@
 #include <memory>
 #include <vector>
 
-#include "constraint_graph.h"
+#include "offline/optimize/graph/constraint_graph.h"
 
 namespace alces::offline {
 
