@@ -26,6 +26,7 @@ double metres(float cell_size_m) {
 MapperConfig complete(const MapRequest& request, LoopBackEnd back_end, ScanSource& scans) {
   MapperConfig config = request.config;
   if (back_end == LoopBackEnd::none) config.close_loops = false;
+  config.keep_intensity = true;
   constexpr std::size_t most_scans = 100'000'000;  // a scan costs memory: this is far beyond any block
   if (config.scan_capacity == 0)
     config.scan_capacity = static_cast<std::uint32_t>(std::clamp<std::size_t>(scans.size(), 1, most_scans));
@@ -43,7 +44,8 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
       plan_(plan_memory(config_, request.memory_bytes)),
       block_(plan_.block_bytes),
       own_relaxation_(make_graph_relaxation(loop_back_end_)),
-      relaxation_(request.relaxation != nullptr ? request.relaxation : own_relaxation_.get()) {
+      relaxation_(request.relaxation != nullptr ? request.relaxation : own_relaxation_.get()),
+      deskew_(request.deskew) {
   if (archive_file_) archive_ = std::make_unique<FileArchive>(*archive_file_, config_.scan_capacity);
   Status status = Status::ok;
   mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_);
@@ -71,6 +73,7 @@ void MapRun::run(const Callbacks& callbacks) {
       break;
     }
     read_wait_s_ += seconds_since(read_begin);
+    deskew_.deskew(scans_, index, scan);
     if (!add(index, scan)) break;
     if (callbacks.progress) callbacks.progress(index + 1, scans_.size());
   }
@@ -91,7 +94,8 @@ bool MapRun::add(std::size_t index, const ScanPoints& scan) {
   const Clock::time_point begin = Clock::now();
   const std::optional<Pose> odometry = scans_.odometry(index);
   ScanReport report;
-  const Status status = mapper_->add_scan(scan.points, odometry ? &*odometry : nullptr, report);
+  const Status status =
+      mapper_->add_scan(scan.points, odometry ? &*odometry : nullptr, report, nullptr, scan.intensity);
   mapping_s_ += seconds_since(begin);
   switch (status) {
     case Status::ok:
@@ -102,6 +106,8 @@ bool MapRun::add(std::size_t index, const ScanPoints& scan) {
                          status == Status::no_voxel_capacity, report.iterations, report.correspondences,
                          report.overlap, report.rms_m, report.is_predicted, report.doubt, report.fit,
                          report.surfaces, report.held});
+      has_intensity_ = has_intensity_ || !scan.intensity.empty();
+      observe_step(report);
       remember_loops();
       break;
     case Status::no_scan_capacity:
@@ -124,6 +130,16 @@ bool MapRun::add(std::size_t index, const ScanPoints& scan) {
     return false;
   }
   return true;
+}
+
+// For the velocity: the step as it was matched, before a loop bends it.
+void MapRun::observe_step(const ScanReport& report) {
+  if (report.scan == 0 || report.is_predicted) return;
+  const std::span<const Edge> edges = mapper_->graph().edges();
+  const auto step = std::find_if(edges.rbegin(), edges.rend(), [&report](const Edge& edge) {
+    return !edge.closes_loop && edge.to == report.scan;
+  });
+  if (step != edges.rend()) deskew_.observe_step(&step->from_from_to);
 }
 
 // The mapper tells of a loop once it is closed, and then the poses are bent already. What they were is known

@@ -148,7 +148,7 @@ void DriveReplay::on_scan(const Scan& scan) {
   passed.reference_stamp_ns = scan.reference_stamp_ns;
   if (scan.has_odometry) passed.odometry_from_body = scan.odometry_from_body;
   passed_.push_back(passed);
-  ready_.push_back({.points = {scan.points.begin(), scan.points.end()}, .time_s = {}, .intensity = {}});
+  ready_.push_back({.points = {scan.points.begin(), scan.points.end()}});
 }
 
 void DriveReplay::raise(const Notice& notice) {

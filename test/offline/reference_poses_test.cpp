@@ -76,7 +76,7 @@ class InterruptedRoom final : public RoomSource {
  public:
   using RoomSource::RoomSource;
   bool read(std::size_t index, ScanPoints& scan) override {
-    scan = {.points = scan_room(index), .time_s = {}, .intensity = {}};
+    scan = {.points = scan_room(index)};
     std::vector<Point>& points = scan.points;
     if (index == 3)
       for (Point& point : points) point = {point.x * 3 + 40, point.y * 2, point.z * 4 + 30};

@@ -41,6 +41,12 @@ struct OdometryOrigin {
   std::string paired_by;       ///< "stamp", "number", "order"
 };
 
+/// A pose of the odometry, and when the body was there.
+struct TimedPose {
+  double time_s = 0;
+  Pose odometry_from_body;
+};
+
 class ScanSource {
  public:
   ScanSource() = default;
@@ -74,15 +80,25 @@ class ScanSource {
   [[nodiscard]] virtual std::array<double, 3> origin_m() const { return {}; }
   /// None: no odometry, or not from files.
   [[nodiscard]] virtual std::optional<OdometryOrigin> odometry_origin() const { return std::nullopt; }
+  /// How the body moved from `from_s` to `to_s` on the clock of stamp_s(): the odometry's poses between, in
+  /// turn, with the last one before and the first one behind. Fewer than two: not known. By itself a source
+  /// has the poses of the scan and its neighbours.
+  [[nodiscard]] virtual std::vector<TimedPose> motion(std::size_t index, double from_s, double to_s) const;
+  /// For people: which fields became times and intensities, in which unit and why; empty: there are none. May
+  /// read the first scans.
+  [[nodiscard]] virtual std::string channels() const { return {}; }
+  /// Its scans bring intensities. As channels().
+  [[nodiscard]] virtual bool has_intensity() const { return false; }
 };
 
 struct ScanSourceOptions {
   /// A trajectory in any format of trajectory.h. It belongs to the scans by stamps where both have them, by
   /// number where its first column holds every scan's, else by order, and then has as many poses as scans.
   std::optional<std::filesystem::path> odometry = {};
-  bool no_odometry = false;  ///< poses beside the scans are not read either
-  double scale = 1;          ///< of the coordinates of all scans: 0.001 where they are mm
-  std::string format = {};   ///< one of scan_format_names(), or float32xN, float64xN; empty: by the names
+  bool no_odometry = false;    ///< poses beside the scans are not read either
+  double scale = 1;            ///< of the coordinates of all scans: 0.001 where they are mm
+  double scan_interval_s = 0;  ///< from one scan to the next where no stamps are known; 0: they stay unknown
+  std::string format = {};     ///< one of scan_format_names(), or float32xN, float64xN; empty: by the names
 };
 
 /// As --odometry has it: empty for the poses beside the scans, "none" for no poses at all, or a file.
@@ -119,6 +135,11 @@ class PrefetchingScanSource final : public ScanSource {
   [[nodiscard]] std::optional<OdometryOrigin> odometry_origin() const override {
     return source_->odometry_origin();
   }
+  [[nodiscard]] std::vector<TimedPose> motion(std::size_t index, double from_s, double to_s) const override {
+    return source_->motion(index, from_s, to_s);
+  }
+  [[nodiscard]] std::string channels() const override { return source_->channels(); }
+  [[nodiscard]] bool has_intensity() const override { return source_->has_intensity(); }
 
  private:
   struct Worker;

@@ -32,8 +32,8 @@ SpooledScanSource::SpooledScanSource(ScanSource& source, const std::filesystem::
   std::uint64_t end = 0;
   ScanPoints scan;
   for (std::size_t i = 0; i < source.size() && source.read(i, scan); ++i) {
-    scans_.push_back({end, scan.size(), !scan.time_s.empty(), !scan.intensity.empty(), source.name(i),
-                      source.number(i), source.odometry(i), source.stamp_s(i)});
+    scans_.push_back({end, scan.size(), !scan.time_s.empty(), !scan.intensity.empty(), scan.clock_s,
+                      source.name(i), source.number(i), source.odometry(i), source.stamp_s(i)});
     end = write(*file_, end, scan.points);
     end = write(*file_, end, scan.time_s);
     end = write(*file_, end, scan.intensity);
@@ -51,6 +51,7 @@ bool SpooledScanSource::read(std::size_t index, ScanPoints& scan) {
   std::uint64_t at = offline::read(*file_, kept.begin, kept.points, scan.points);
   at = offline::read(*file_, at, kept.has_time ? kept.points : 0, scan.time_s);
   offline::read(*file_, at, kept.has_intensity ? kept.points : 0, scan.intensity);
+  scan.clock_s = kept.clock_s;
   return true;
 }
 

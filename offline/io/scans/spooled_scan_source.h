@@ -44,6 +44,7 @@ class SpooledScanSource final : public ScanSource {
     std::size_t points = 0;
     bool has_time = false;
     bool has_intensity = false;
+    std::optional<double> clock_s;
     std::string name;
     std::size_t number = 0;
     std::optional<Pose> odometry;
