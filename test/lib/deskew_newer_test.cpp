@@ -1,6 +1,6 @@
-// Three sweeps of a hand-held lidar (Newer College, by gtsam_points' tests) beside what another program made of
-// them. Its points lie in the IMU's frame at the time of the first point: turned by 180 deg about z and shifted.
-// The motion did not come with them: it is that which the pairs of points give.
+// Three sweeps of a hand-held lidar (Newer College, by gtsam_points' tests) beside what another program made
+// of them. Its points lie in the IMU's frame at the time of the first point: turned by 180 deg about z and
+// shifted. The motion did not come with them: it is that which the pairs of points give.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -31,7 +31,8 @@ struct NewerSweep {
 std::vector<float> floats(const std::filesystem::path& file) {
   std::vector<float> numbers(std::filesystem::file_size(file) / sizeof(float));
   std::ifstream stream(file, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(numbers.data()), static_cast<std::streamsize>(numbers.size() * sizeof(float)));
+  stream.read(reinterpret_cast<char*>(numbers.data()),
+              static_cast<std::streamsize>(numbers.size() * sizeof(float)));
   REQUIRE(stream);
   return numbers;
 }
@@ -47,7 +48,8 @@ NewerSweep read_sweep(const std::filesystem::path& folder, const std::string& nu
   for (std::size_t i = 0; i < sweep.time_s.size(); ++i) {
     sweep.time_s[i] -= first_s;
     sweep.raw.push_back({raw[3 * i], raw[3 * i + 1], raw[3 * i + 2]});
-    const Eigen::Vector3d p = Eigen::Vector3f(&deskewed[3 * i]).cast<double>() - Eigen::Vector3d(-0.006, 0.012, -0.029);
+    const Eigen::Vector3d p =
+        Eigen::Vector3f(&deskewed[3 * i]).cast<double>() - Eigen::Vector3d(-0.006, 0.012, -0.029);
     sweep.expected.emplace_back(-p.x(), -p.y(), p.z());
   }
   return sweep;
@@ -59,7 +61,8 @@ Eigen::Vector3d vector(const Point& p) {
 
 double median_error_m(const std::vector<Point>& points, const NewerSweep& sweep) {
   std::vector<double> errors_m;
-  for (std::size_t i = 0; i < points.size(); ++i) errors_m.push_back((vector(points[i]) - sweep.expected[i]).norm());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    errors_m.push_back((vector(points[i]) - sweep.expected[i]).norm());
   std::ranges::nth_element(errors_m, errors_m.begin() + static_cast<std::ptrdiff_t>(errors_m.size() / 2));
   return errors_m[errors_m.size() / 2];
 }
@@ -132,8 +135,8 @@ TEST_CASE("three sweeps of a hand-held lidar come out as another program deskewe
     const double in_parts_m = error_with_motion_m(sweep, motion_of_pairs(sweep, 32));
     const double constant_m = error_with_twist_m(sweep, best_twist(sweep));
     if (std::getenv("ALCES_SHOW") != nullptr)
-      std::cout << number << " skewed " << skewed_m << " m, constant twist " << constant_m << " m, motion of the pairs "
-                << in_parts_m << " m\n";
+      std::cout << number << " skewed " << skewed_m << " m, constant twist " << constant_m
+                << " m, motion of the pairs " << in_parts_m << " m\n";
     CHECK(skewed_m > 2 * constant_m);
     CHECK(constant_m < 0.15);
     CHECK(in_parts_m < 0.03);

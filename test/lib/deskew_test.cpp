@@ -100,7 +100,8 @@ TEST_CASE("a straight drive shifts each point by the way since the reference tim
   Sweep scan = before;
   REQUIRE(deskew->apply(scan.points, scan.time_s, 0.05) == DeskewStatus::ok);
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    const double expected = static_cast<double>(before.points[i].x) + 20 * (static_cast<double>(scan.time_s[i]) - 0.05);
+    const double expected =
+        static_cast<double>(before.points[i].x) + 20 * (static_cast<double>(scan.time_s[i]) - 0.05);
     CHECK(static_cast<double>(scan.points[i].x) == Approx(expected).margin(1e-5));
     CHECK(scan.points[i].y == before.points[i].y);
     CHECK(scan.points[i].z == before.points[i].z);
@@ -192,7 +193,9 @@ TEST_CASE("a gyro and a speed give the turn of the body back, with its bias take
   std::vector<Pose> truth = {Pose{}};
   for (int i = 0; i < 15'000; ++i)
     truth.push_back(truth.back() * exp_se3(twist({5, 0, 0}, rate(1e-5 * (i + 0.5))) * 1e-5));
-  const auto fixed_from_body = [&](double t) { return truth[static_cast<std::size_t>(std::lround(t * 1e5))]; };
+  const auto fixed_from_body = [&](double t) {
+    return truth[static_cast<std::size_t>(std::lround(t * 1e5))];
+  };
   const Sweep world = sweep(500);
   const Sweep seen = seen_in_motion(world, fixed_from_body);
   auto deskew = deskew_of();
@@ -221,7 +224,8 @@ TEST_CASE("what cannot be deskewed is named, and no point is touched") {
   CHECK(deskew->add_pose(0, turned(1)) == DeskewStatus::times_not_growing);
   CHECK(deskew->add_pose(not_a_number, turned(1)) == DeskewStatus::times_not_growing);
   CHECK(deskew->add_pose(0.04, {Eigen::Quaterniond(2, 0, 0, 0), {0, 0, 0}}) == DeskewStatus::bad_pose);
-  CHECK(deskew->add_pose(0.04, {Eigen::Quaterniond::Identity(), {not_a_number, 0, 0}}) == DeskewStatus::bad_pose);
+  CHECK(deskew->add_pose(0.04, {Eigen::Quaterniond::Identity(), {not_a_number, 0, 0}}) ==
+        DeskewStatus::bad_pose);
   REQUIRE(deskew->add_pose(0.04, turned(0.1)) == DeskewStatus::ok);
   refuses(DeskewStatus::outside_of_motion);         // of the last points: 0.099 s
   refuses(DeskewStatus::outside_of_motion, -0.06);  // of the reference

@@ -52,11 +52,13 @@ void append(std::string& bytes, T value) {
 }
 
 /// "x y z" and whatever else.
-std::string pcd(const std::string& fields, const std::string& sizes, const std::string& types, const std::string& data) {
+std::string pcd(const std::string& fields, const std::string& sizes, const std::string& types,
+                const std::string& data) {
   std::string ones;
   for (const char c : fields) ones += c == ' ' ? " 1" : "";
-  return fmt::format("VERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT 1{}\nWIDTH {}\nHEIGHT 1\nPOINTS {}\nDATA {}\n", fields,
-                     sizes, types, ones, count, count, data);
+  return fmt::format(
+      "VERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT 1{}\nWIDTH {}\nHEIGHT 1\nPOINTS {}\nDATA {}\n", fields,
+      sizes, types, ones, count, count, data);
 }
 
 }  // namespace
@@ -74,7 +76,8 @@ TEST_CASE("the times of each maker's fields come out as seconds since the scan's
       {"Ouster", times("t", NumberType::u32, 0, 1e6), stamp_s, " ns ", false},
       {"Velodyne in ROS", times("time", NumberType::f32, 0, 1e-3), stamp_s, " s ", false},
       {"Livox", times("offset_time", NumberType::u32, 0, 1e6), std::nullopt, " ns ", false},
-      {"Livox in PointCloud2", times("timestamp", NumberType::f64, stamp_s * 1e9, 1e6), stamp_s, " ns ", true},
+      {"Livox in PointCloud2", times("timestamp", NumberType::f64, stamp_s * 1e9, 1e6), stamp_s, " ns ",
+       true},
       {"Hesai", times("timestamp", NumberType::f64, stamp_s, 1e-3), stamp_s, " s ", true},
       {"milliseconds", times("time_offset", NumberType::f32, 0, 1), stamp_s, " ms ", false},
       {"microseconds by name", times("t_us", NumberType::i32, 0, 1000), std::nullopt, " us ", false},
@@ -127,7 +130,8 @@ TEST_CASE("times that cannot be right are not used, and that is said") {
     CHECK(taken.scan.time_s.empty());
     CHECK_THAT(taken.reading.text(), Contains("not used") && Contains(reason));
   }
-  CHECK_THAT(take(times("t_ms", NumberType::u32, 0, 5), {"a.pcd", 1.0, 0.1}).reading.text(), Contains("scans come every 0.1 s"));
+  CHECK_THAT(take(times("t_ms", NumberType::u32, 0, 5), {"a.pcd", 1.0, 0.1}).reading.text(),
+             Contains("scans come every 0.1 s"));
 }
 
 TEST_CASE("a later scan of bad times is named once a reason, and keeps its points") {
@@ -161,9 +165,10 @@ TEST_CASE("intensities become 8 bits by one scale, whatever a single point shine
     double most;
     double full;
   };
-  for (const Case& c : {Case{NumberType::u8, 40, 255}, Case{NumberType::f32, 0.9, 1}, Case{NumberType::f32, 100, 255},
-                        Case{NumberType::u16, 200, 255}, Case{NumberType::u16, 3000, 4095},
-                        Case{NumberType::u16, 60'000, 65'535}, Case{NumberType::f32, 100'000, 131'070}}) {
+  for (const Case& c :
+       {Case{NumberType::u8, 40, 255}, Case{NumberType::f32, 0.9, 1}, Case{NumberType::f32, 100, 255},
+        Case{NumberType::u16, 200, 255}, Case{NumberType::u16, 3000, 4095},
+        Case{NumberType::u16, 60'000, 65'535}, Case{NumberType::f32, 100'000, 131'070}}) {
     CAPTURE(c.most, c.full);
     RawChannels raw;
     raw.intensity = {"Intensity", c.type};
@@ -192,7 +197,8 @@ TEST_CASE("intensities that are all 0 or negative are none, and that is said") {
 }
 
 TEST_CASE("of several fields the one that says it most clearly is taken") {
-  const ChannelFields fields = find_channels({"x", "y", "z", "signal", "reflectivity", "timestamp", "t", "ring"});
+  const ChannelFields fields =
+      find_channels({"x", "y", "z", "signal", "reflectivity", "timestamp", "t", "ring"});
   CHECK(fields.time == 6);
   CHECK(fields.intensity == 4);
   const ChannelFields none = find_channels({"x", "y", "z", "ring", "nx", "rgb", "label"});
@@ -205,7 +211,8 @@ TEST_CASE("PCD, PLY, CSV, LAS and KITTI files bring the channels that they have"
   std::string binary = pcd("x y z intensity t ring", "4 4 4 4 4 2", "F F F F U U", "binary");
   std::string ascii = pcd("x y z intensity t", "4 4 4 4 4", "F F F F U", "ascii");
   std::string ply = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty "
+      "float z\n"
       "property double timestamp\nproperty uchar intensity\nend_header\n",
       count);
   std::string csv = "x,y,z,Intensity,time [us]\n";

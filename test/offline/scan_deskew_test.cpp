@@ -79,7 +79,9 @@ double step_error_m(const MapRun& run) {
   double sum = 0;
   std::size_t counted = 0;
   for (std::size_t i = 3; i < poses.size(); ++i) {  // before, no step has told a velocity
-    const auto truth = [](std::size_t scan) { return room_from_body_at(interval_s * static_cast<double>(scan)); };
+    const auto truth = [](std::size_t scan) {
+      return room_from_body_at(interval_s * static_cast<double>(scan));
+    };
     const Pose off = (truth(i - 1).inverse() * truth(i)).inverse() * (poses[i - 1].inverse() * poses[i]);
     sum += off.translation_m.squaredNorm();
     ++counted;
@@ -121,7 +123,9 @@ TEST_CASE("the motion within a scan is taken out by odometry, and by the motion 
     CAPTURE(i, skewed_m, odometry_m, velocity_m);
     CHECK(odometry_m < 0.05 * skewed_m);  // the last scan's motion goes on as it went
     if (i > 0) {
-      const auto at = [](std::size_t scan) { return room_from_body_at(interval_s * static_cast<double>(scan)); };
+      const auto at = [](std::size_t scan) {
+        return room_from_body_at(interval_s * static_cast<double>(scan));
+      };
       const Pose step = at(i - 1).inverse() * at(i);
       by_velocity.observe_step(&step);
     }
@@ -129,7 +133,8 @@ TEST_CASE("the motion within a scan is taken out by odometry, and by the motion 
   }
   CHECK(skewed_m > 0.1);
   CHECK_THAT(by_odometry.text(), Contains("deskewed by odometry: 20 scans") && Contains("0.09 s a scan"));
-  CHECK_THAT(by_velocity.text(), Contains("motion of the last steps: 18 scans") && Contains("not deskewed: 2 scans"));
+  CHECK_THAT(by_velocity.text(),
+             Contains("motion of the last steps: 18 scans") && Contains("not deskewed: 2 scans"));
   CHECK(by_odometry.json()["by_odometry"] == scans);
 }
 

@@ -55,16 +55,16 @@ class Deskew {
   /// Forgets the motion.
   void clear();
 
-  /// The next pose of the body in any fixed frame; its time on the clock of the points, later than all before.
-  /// no_capacity, bad_pose, times_not_growing: it was not taken.
+  /// The next pose of the body in any fixed frame; its time on the clock of the points, later than all
+  /// before. no_capacity, bad_pose, times_not_growing: it was not taken.
   [[nodiscard]] DeskewStatus add_pose(double time_s, const Pose& fixed_from_body);
 
   /// Replaces the motion by a constant one: speed in m/s, then rate in rad/s, both in axes of the body.
   [[nodiscard]] DeskewStatus set_twist(const Vector6d& twist_per_s);
 
   /// Replaces the motion by what an IMU saw: turns are integrated from one sample to the next by the mean of
-  /// both rates, each less `bias_rad_s`, and the body moves at a constant velocity along its own axes. Between
-  /// any two samples at most a half turn. As add_pose.
+  /// both rates, each less `bias_rad_s`, and the body moves at a constant velocity along its own axes.
+  /// Between any two samples at most a half turn. As add_pose.
   [[nodiscard]] DeskewStatus set_gyro(std::span<const GyroSample> samples,
                                       const Eigen::Vector3d& body_velocity_m_s,
                                       const Eigen::Vector3d& bias_rad_s = Eigen::Vector3d::Zero());
@@ -74,8 +74,8 @@ class Deskew {
   /// Where the body was at `time_s`, in the fixed frame of the poses.
   [[nodiscard]] DeskewStatus pose_at(double time_s, Pose& fixed_from_body) const;
 
-  /// Moves each point of the body frame at its own time into the body frame at `reference_time_s`. Points that
-  /// are not finite stay. Unless ok, no point was touched.
+  /// Moves each point of the body frame at its own time into the body frame at `reference_time_s`. Points
+  /// that are not finite stay. Unless ok, no point was touched.
   [[nodiscard]] DeskewStatus apply(std::span<Point> points, std::span<const float> time_s,
                                    double reference_time_s) const;
 

@@ -83,8 +83,9 @@ DeskewStatus Deskew::set_gyro(std::span<const GyroSample> samples, const Eigen::
       twist.tail<3>() = 0.5 * (samples[i - 1].rate_rad_s + samples[i].rate_rad_s) - bias_rad_s;
       if (!twist.isZero(0)) fixed_from_body = fixed_from_body * exp_se3(twist * step_s);
     }
-    const DeskewStatus added =
-        samples[i].rate_rad_s.allFinite() ? add_pose(samples[i].time_s, fixed_from_body) : DeskewStatus::bad_pose;
+    const DeskewStatus added = samples[i].rate_rad_s.allFinite()
+                                   ? add_pose(samples[i].time_s, fixed_from_body)
+                                   : DeskewStatus::bad_pose;
     if (added != DeskewStatus::ok) {
       clear();
       return added;

@@ -22,14 +22,15 @@ struct Unit {
   double s;
   std::string_view other_name;
 };
-constexpr std::array<Unit, 4> units = {{{"s", 1, "sec"}, {"ms", 1e-3, "msec"}, {"us", 1e-6, "usec"}, {"ns", 1e-9, "nsec"}}};
+constexpr std::array<Unit, 4> units = {
+    {{"s", 1, "sec"}, {"ms", 1e-3, "msec"}, {"us", 1e-6, "usec"}, {"ns", 1e-9, "nsec"}}};
 
 constexpr std::array<std::string_view, 14> time_names = {
-    "t",           "time",        "timestamp",    "time_offset", "offset_time", "timeoffset", "offsettime",
-    "time_stamp",  "times",       "stamp",        "rel_time",    "relative_time", "gps_time",  "gpstime"};
+    "t",          "time",  "timestamp", "time_offset", "offset_time",   "timeoffset", "offsettime",
+    "time_stamp", "times", "stamp",     "rel_time",    "relative_time", "gps_time",   "gpstime"};
 constexpr std::array<std::string_view, 9> intensity_names = {
-    "intensity", "intensities", "reflectivity", "reflectance", "remission", "signal", "rssi",
-    "return_intensity", "amplitude"};
+    "intensity", "intensities", "reflectivity",     "reflectance", "remission",
+    "signal",    "rssi",        "return_intensity", "amplitude"};
 
 /// Lower case, without CloudCompare's prefix; what stands in brackets is left to unit_named().
 std::string plain(std::string_view name) {
@@ -75,7 +76,7 @@ std::size_t place_in(const std::array<std::string_view, n>& names, const std::st
 }
 
 std::string_view type_name(NumberType type) {
-  constexpr std::array<std::string_view, 10> names = {"int8",  "uint8",  "int16",  "uint16", "int32",
+  constexpr std::array<std::string_view, 10> names = {"int8",   "uint8", "int16",  "uint16", "int32",
                                                       "uint32", "int64", "uint64", "float",  "double"};
   return names.at(static_cast<std::size_t>(type));
 }
@@ -142,8 +143,9 @@ void decide_time(const RawChannel& time, std::span<const Point> points, const Ch
     reason = "by its name";
   }
   if (unit == nullptr) {
-    const double limit_s =
-        context.scan_interval_s ? std::min(longest_scan_s, most_of_interval * *context.scan_interval_s) : longest_scan_s;
+    const double limit_s = context.scan_interval_s
+                               ? std::min(longest_scan_s, most_of_interval * *context.scan_interval_s)
+                               : longest_scan_s;
     for (const Unit& known : units) {
       if (known.s == 1 && is_whole(time.type)) continue;
       if (unit == nullptr && range.span() * known.s <= limit_s) unit = &known;
@@ -162,7 +164,8 @@ void decide_time(const RawChannel& time, std::span<const Point> points, const Ch
 
 void decide_intensity(const RawChannel& intensity, std::span<const Point> points, ChannelReading& reading) {
   const std::string what = fmt::format("{} ({})", intensity.name, type_name(intensity.type));
-  if (std::all_of(intensity.values.begin(), intensity.values.end(), [](double value) { return value == 0; })) {
+  if (std::all_of(intensity.values.begin(), intensity.values.end(),
+                  [](double value) { return value == 0; })) {
     reading.intensity_text = fmt::format("intensities in {} are not used: they are all 0", what);
     return;
   }
@@ -201,8 +204,8 @@ void decide(const RawChannels& raw, std::span<const Point> points, const Channel
   reading.is_decided = true;
 }
 
-void take_time(const RawChannel& time, const ChannelContext& context, ChannelReading& reading, ScanPoints& out,
-               std::vector<std::string>& warnings) {
+void take_time(const RawChannel& time, const ChannelContext& context, ChannelReading& reading,
+               ScanPoints& out, std::vector<std::string>& warnings) {
   const double unit_s = reading.time_unit_s;
   const Range range = range_of(time, out.points);
   if (!(range.least <= range.most) && range.is_finite) return;  // no points
@@ -211,9 +214,10 @@ void take_time(const RawChannel& time, const ChannelContext& context, ChannelRea
     const std::string reason = why.substr(0, why.find(" span"));
     if (std::find(reading.told.begin(), reading.told.end(), reason) != reading.told.end()) return;
     reading.told.push_back(reason);
-    warnings.push_back(fmt::format("{}: the times of its points are not used: {}; further scans of which that is so are "
-                                   "not named",
-                                   context.name, why));
+    warnings.push_back(
+        fmt::format("{}: the times of its points are not used: {}; further scans of which that is so are "
+                    "not named",
+                    context.name, why));
     return;
   }
   const double least_s = range.least * unit_s;
@@ -252,7 +256,8 @@ ChannelKind channel_called(std::string_view name) {
 
 std::size_t channel_rank(std::string_view name) {
   const std::string text = without_unit(name);
-  return channel_called(name) == ChannelKind::time ? place_in(time_names, text) : place_in(intensity_names, text);
+  return channel_called(name) == ChannelKind::time ? place_in(time_names, text)
+                                                   : place_in(intensity_names, text);
 }
 
 ChannelFields find_channels(const std::vector<std::string_view>& names) {

@@ -3,13 +3,14 @@
 // Names: t, time, timestamp, time_offset, offset_time, gps_time, ...; intensity, reflectivity, reflectance,
 // signal, ...; in any case, with CloudCompare's scalar_ in front and a unit behind (time_ns, "t [us]").
 //
-// Times. A value that is a date since 1970 has its unit by its size. Else the unit is the one in the name; else
-// the largest of s, ms, us, ns in which a scan is no longer than the interval between scans, or than 10 s where
-// that is not known; whole numbers are no seconds. Values around 0 count from the scan's stamp, others are of a
-// clock: the scan's own if the stamp is within 10 s, else that of the points (ScanPoints::clock_s).
+// Times. A value that is a date since 1970 has its unit by its size. Else the unit is the one in the name;
+// else the largest of s, ms, us, ns in which a scan is no longer than the interval between scans, or than 10
+// s where that is not known; whole numbers are no seconds. Values around 0 count from the scan's stamp,
+// others are of a clock: the scan's own if the stamp is within 10 s, else that of the points
+// (ScanPoints::clock_s).
 //
-// Intensities become 0 to 255. Bytes stay. Else full is the smallest of 1 (no whole numbers), 255, 4095, 65535
-// and further powers of two that 99 % of the points do not exceed; what does is 255.
+// Intensities become 0 to 255. Bytes stay. Else full is the smallest of 1 (no whole numbers), 255, 4095,
+// 65535 and further powers of two that 99 % of the points do not exceed; what does is 255.
 //
 // Unit and scale are found with the first scan and hold for all. Times that cannot be right are not used, and
 // that is told: not finite, all the same, a scan longer than the interval or 10 s, shorter than 1 ms.
@@ -56,10 +57,10 @@ struct ChannelFields {
 /// How the channels of all scans of an input are read.
 struct ChannelReading {
   bool is_decided = false;
-  double time_unit_s = 0;     ///< 0: times are not used
-  double full_intensity = 0;  ///< 0: intensities are not used
-  std::string time_text = {};       ///< for people: what was taken and why, or why not; empty: no field
-  std::string intensity_text = {};  ///< the same
+  double time_unit_s = 0;              ///< 0: times are not used
+  double full_intensity = 0;           ///< 0: intensities are not used
+  std::string time_text = {};          ///< for people: what was taken and why, or why not; empty: no field
+  std::string intensity_text = {};     ///< the same
   std::vector<std::string> told = {};  ///< reasons that a scan was named for already
 
   /// "times from t (uint32, ns: ...), intensity from ..."; empty: there are no channels.
@@ -68,14 +69,14 @@ struct ChannelReading {
 
 /// What is known of the scan whose channels are read.
 struct ChannelContext {
-  std::string name;                             ///< for warnings
-  std::optional<double> stamp_s = {};           ///< of the scan
-  std::optional<double> scan_interval_s = {};   ///< usual, between scans; none: not known
+  std::string name;                            ///< for warnings
+  std::optional<double> stamp_s = {};          ///< of the scan
+  std::optional<double> scan_interval_s = {};  ///< usual, between scans; none: not known
 };
 
 /// Fills time_s, clock_s and intensity of `out`, whose points are there already, from one value a point.
-/// `reading` is decided first where it is not. Why times of this scan are not used goes to `warnings`, once for
-/// each reason.
+/// `reading` is decided first where it is not. Why times of this scan are not used goes to `warnings`, once
+/// for each reason.
 void take_channels(const RawChannels& raw, const ChannelContext& context, ChannelReading& reading,
                    ScanPoints& out, std::vector<std::string>& warnings);
 

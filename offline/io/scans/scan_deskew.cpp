@@ -13,8 +13,9 @@ namespace {
 constexpr std::size_t most_poses = 4096;  ///< of the motion within a scan; of more, every second, third, ...
 
 using Known = std::pair<std::string_view, DeskewMode>;
-constexpr std::array<Known, 4> modes = {Known{"auto", DeskewMode::automatic}, Known{"odometry", DeskewMode::odometry},
-                                        Known{"velocity", DeskewMode::velocity}, Known{"none", DeskewMode::none}};
+constexpr std::array<Known, 4> modes = {
+    Known{"auto", DeskewMode::automatic}, Known{"odometry", DeskewMode::odometry},
+    Known{"velocity", DeskewMode::velocity}, Known{"none", DeskewMode::none}};
 
 double shift_m(const Point& a, const Point& b) {
   const double m = static_cast<double>(std::hypot(a.x - b.x, a.y - b.y, a.z - b.z));
@@ -132,14 +133,16 @@ void ScanDeskew::observe_step(const Pose* last_from_next) {
 
 std::string ScanDeskew::text() const {
   if (with_times_ == 0) return {};
-  if (mode_ == DeskewMode::none) return fmt::format("{} have times and are taken as deskewed already", scans(with_times_));
+  if (mode_ == DeskewMode::none)
+    return fmt::format("{} have times and are taken as deskewed already", scans(with_times_));
   std::string line;
   const auto add = [&line](const std::string& clause) { line += (line.empty() ? "" : "; ") + clause; };
   if (by_odometry_ > 0) add(fmt::format("deskewed by odometry: {}", scans(by_odometry_)));
   if (by_velocity_ > 0) add(fmt::format("deskewed by the motion of the last steps: {}", scans(by_velocity_)));
   if (by_odometry_ + by_velocity_ > 0)
-    add(fmt::format("{:.3g} s a scan, points moved by up to {:.2g} m (--deskew none if they were deskewed already)",
-                    longest_scan_s_, largest_shift_m_));
+    add(fmt::format(
+        "{:.3g} s a scan, points moved by up to {:.2g} m (--deskew none if they were deskewed already)",
+        longest_scan_s_, largest_shift_m_));
   for (const auto& [why, count] : not_deskewed_) add(fmt::format("not deskewed: {}, {}", scans(count), why));
   return line;
 }

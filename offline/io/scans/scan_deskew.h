@@ -1,4 +1,5 @@
-// Which motion is taken out of a scan whose points have times (alces/deskew.h), and what came of it over a drive.
+// Which motion is taken out of a scan whose points have times (alces/deskew.h), and what came of it over a
+// drive.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +30,8 @@ class ScanDeskew {
  public:
   explicit ScanDeskew(DeskewMode mode) : mode_(mode) {}
 
-  /// Scan `index` as it was read, before it is mapped: its points become those seen from where the body was at
-  /// its stamp. Without times it stays as it is, to the bit.
+  /// Scan `index` as it was read, before it is mapped: its points become those seen from where the body was
+  /// at its stamp. Without times it stays as it is, to the bit.
   void deskew(const ScanSource& scans, std::size_t index, ScanPoints& scan);
 
   /// The scan just deskewed was matched: the step from the one before, or null where it is not believed.
