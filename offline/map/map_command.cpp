@@ -100,8 +100,10 @@ void map_scans(const Options& options) {
       .scale = options.scale, .scan_interval_s = options.scan_interval_s, .format = options.format};
   choose_odometry(options.odometry, source_options);
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
-  nlohmann::json source = {{"paths", nlohmann::json::array()},
-                           {"reading", {{"scale", options.scale}, {"format", options.format}}}};
+  nlohmann::json source = {
+      {"paths", nlohmann::json::array()},
+      {"reading",
+       {{"scale", options.scale}, {"format", options.format}, {"scan_interval_s", options.scan_interval_s}}}};
   for (const std::filesystem::path& path : options.scans)
     source["paths"].push_back(std::filesystem::absolute(path).lexically_normal().string());
   map_and_write(scans, map_request, options.out,

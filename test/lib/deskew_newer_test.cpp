@@ -4,10 +4,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -134,9 +132,6 @@ TEST_CASE("three sweeps of a hand-held lidar come out as another program deskewe
     const double skewed_m = median_error_m(sweep.raw, sweep);
     const double in_parts_m = error_with_motion_m(sweep, motion_of_pairs(sweep, 32));
     const double constant_m = error_with_twist_m(sweep, best_twist(sweep));
-    if (std::getenv("ALCES_SHOW") != nullptr)
-      std::cout << number << " skewed " << skewed_m << " m, constant twist " << constant_m
-                << " m, motion of the pairs " << in_parts_m << " m\n";
     CHECK(skewed_m > 2 * constant_m);
     CHECK(constant_m < 0.15);
     CHECK(in_parts_m < 0.03);

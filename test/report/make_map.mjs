@@ -101,7 +101,7 @@ export function makeMap(folder) {
       }
       for (const value of [x, y, z - 0.8]) at = bytes.writeFloatLE(value + 0.01 * (random() - 0.5), at)
       at = bytes.writeUInt32LE(scan + 1, at)
-      at = bytes.writeUInt8(kind < 0.45 ? 160 + 20 * Math.floor(z) : 30, at) // walls are brighter, the higher the more
+      at = bytes.writeUInt8(kind < 0.45 ? 160 + 15 * Math.floor(z) : 30, at) // walls are brighter, the higher the more
     }
   }
   const header =
