@@ -67,7 +67,8 @@ void MapRun::run(const Callbacks& callbacks) {
     }
     const Clock::time_point read_begin = Clock::now();
     try {
-      if (!scans_.read(index, scan)) break;
+      if (index == 0) begin_with_velocity();
+      if (!read(index, scan)) break;
     } catch (const Error& error) {
       problem_ = error;
       break;
@@ -130,6 +131,44 @@ bool MapRun::add(std::size_t index, const ScanPoints& scan) {
     return false;
   }
   return true;
+}
+
+bool MapRun::read(std::size_t index, ScanPoints& scan) {
+  if (index >= read_ahead_.size()) return scans_.read(index, scan);
+  scan = std::move(read_ahead_[index]);
+  return true;
+}
+
+// Where only steps tell the velocity, the first scans would stay as they are, and all others be matched to
+// them. So these two are matched first, alone and in the same memory: skewed alike, they tell nearly the true
+// step, and deskewed by it a better one.
+void MapRun::begin_with_velocity() {
+  ScanPoints scan;
+  if (scans_.size() < 2 || !scans_.read(0, scan)) return;
+  read_ahead_.push_back(scan);
+  if (!deskew_.needs_first_step(scans_, scan)) return;
+  try {
+    if (!scans_.read(1, scan)) return;
+  } catch (const Error&) {
+    return;  // whoever maps it is told
+  }
+  read_ahead_.push_back(scan);
+  Status status = Status::ok;
+  for (int round = 0; round < 2; ++round) {
+    Mapper* const trial = Mapper::create(block_.bytes(), config_, status, nullptr, nullptr, nullptr);
+    bool is_matched = trial != nullptr;
+    for (std::size_t i = 0; i < 2 && is_matched; ++i) {
+      scan = read_ahead_[i];
+      (void)deskew_.deskew_uncounted(scan);  // not in the first round
+      ScanReport report;
+      status = trial->add_scan(scan.points, nullptr, report);
+      is_matched = (status == Status::ok || status == Status::no_voxel_capacity) && !report.is_predicted;
+    }
+    if (!is_matched) break;
+    deskew_.observe_first_step(scans_, read_ahead_[0], read_ahead_[1],
+                               trial->graph().edges().back().from_from_to);
+  }
+  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_);
 }
 
 // For the velocity: the step as it was matched, before a loop bends it.

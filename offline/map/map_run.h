@@ -121,6 +121,8 @@ class MapRun {
  private:
   [[nodiscard]] bool add(std::size_t index, const ScanPoints& scan);
   void observe_step(const ScanReport& report);
+  void begin_with_velocity();
+  [[nodiscard]] bool read(std::size_t index, ScanPoints& scan);
   [[nodiscard]] Error capacity_problem(std::size_t index, Status status) const;
   void remember_loops();
 
@@ -140,6 +142,7 @@ class MapRun {
   std::vector<Pose> poses_before_;  ///< as they were before the latest loops were offered
   std::vector<Pose> first_from_last_before_;
   ScanDeskew deskew_;
+  std::vector<ScanPoints> read_ahead_;  ///< the first scans, until they are mapped
   bool has_intensity_ = false;
   std::uint32_t edges_seen_ = 0;
   std::uint32_t loops_closed_seen_ = 0;

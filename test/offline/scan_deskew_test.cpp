@@ -78,7 +78,7 @@ double step_error_m(const MapRun& run) {
   const std::span<const Pose> poses = run.mapper().graph().poses();
   double sum = 0;
   std::size_t counted = 0;
-  for (std::size_t i = 3; i < poses.size(); ++i) {  // before, no step has told a velocity
+  for (std::size_t i = 1; i < poses.size(); ++i) {
     const auto truth = [](std::size_t scan) {
       return room_from_body_at(interval_s * static_cast<double>(scan));
     };
@@ -121,7 +121,8 @@ TEST_CASE("the motion within a scan is taken out by odometry, and by the motion 
     odometry_m = point_error_m(by_odometry, source, i);
     velocity_m = point_error_m(by_velocity, source, i);
     CAPTURE(i, skewed_m, odometry_m, velocity_m);
-    CHECK(odometry_m < 0.05 * skewed_m);  // the last scan's motion goes on as it went
+    CHECK(odometry_m <
+          (i + 1 < scans ? 0.02 : 0.06) * skewed_m);  // the last scan's motion goes on as it went
     if (i > 0) {
       const auto at = [](std::size_t scan) {
         return room_from_body_at(interval_s * static_cast<double>(scan));
@@ -129,7 +130,7 @@ TEST_CASE("the motion within a scan is taken out by odometry, and by the motion 
       const Pose step = at(i - 1).inverse() * at(i);
       by_velocity.observe_step(&step);
     }
-    if (i > 1) CHECK(velocity_m < 0.1 * skewed_m);  // it slows down between steps
+    if (i > 1) CHECK(velocity_m < 0.15 * skewed_m);  // since the last step it has slowed down
   }
   CHECK(skewed_m > 0.1);
   CHECK_THAT(by_odometry.text(), Contains("deskewed by odometry: 20 scans") && Contains("0.09 s a scan"));
@@ -146,7 +147,7 @@ TEST_CASE("a map of scans with times has steps nearer to the truth, by either mo
   const auto by_velocity = mapped(with_stamps, DeskewMode::automatic);
   CAPTURE(skewed_m, step_error_m(*by_odometry), step_error_m(*by_velocity));
   CHECK(by_odometry->deskew().json()["by_odometry"] == scans);
-  CHECK(by_velocity->deskew().json()["by_velocity"] == scans - 2);
+  CHECK(by_velocity->deskew().json()["by_velocity"] == scans);  // the first two by a match of theirs
   CHECK(step_error_m(*by_odometry) < 0.7 * skewed_m);
   CHECK(step_error_m(*by_velocity) < 0.7 * skewed_m);
 }

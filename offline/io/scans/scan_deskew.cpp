@@ -17,6 +17,26 @@ constexpr std::array<Known, 4> modes = {
     Known{"auto", DeskewMode::automatic}, Known{"odometry", DeskewMode::odometry},
     Known{"velocity", DeskewMode::velocity}, Known{"none", DeskewMode::none}};
 
+/// A Deskew in memory of its own.
+class DeskewInBlock {
+ public:
+  explicit DeskewInBlock(const DeskewConfig& config)
+      : block_(required(config)), arena_(block_.bytes()), deskew_(arena_, config) {}
+  Deskew* operator->() { return &deskew_; }
+  Deskew& operator*() { return deskew_; }
+
+ private:
+  static std::size_t required(const DeskewConfig& config) {
+    Arena counting;
+    const Deskew planned(counting, config);
+    return counting.used_bytes();
+  }
+
+  settings::MemoryBlock block_;
+  Arena arena_;
+  Deskew deskew_;
+};
+
 double shift_m(const Point& a, const Point& b) {
   const double m = static_cast<double>(std::hypot(a.x - b.x, a.y - b.y, a.z - b.z));
   return std::isfinite(m) ? m : 0;
@@ -68,6 +88,28 @@ void ScanDeskew::deskew(const ScanSource& source, std::size_t index, ScanPoints&
   ++not_deskewed_[why];
 }
 
+bool ScanDeskew::needs_first_step(const ScanSource& source, const ScanPoints& first) const {
+  if (first.time_s.empty() || mode_ == DeskewMode::none || mode_ == DeskewMode::odometry) return false;
+  return mode_ == DeskewMode::velocity || !source.odometry(0) || source.motion(0, 0, 0).size() < 2;
+}
+
+void ScanDeskew::observe_first_step(const ScanSource& source, const ScanPoints& first,
+                                    const ScanPoints& second, const Pose& last_from_next) {
+  const std::optional<double> stamps_s[2] = {source.stamp_s(0), source.stamp_s(1)};
+  last_time_s_ = stamps_s[0] ? stamps_s[0] : first.clock_s;
+  time_s_ = stamps_s[1] ? stamps_s[1] : second.clock_s;
+  observe_step(&last_from_next);
+  last_time_s_.reset();
+  time_s_.reset();
+}
+
+bool ScanDeskew::deskew_uncounted(ScanPoints& scan) const {
+  if (!twist_per_s_ || scan.time_s.empty()) return false;
+  DeskewInBlock deskew(DeskewConfig{.pose_capacity = 1});
+  return deskew->set_twist(*twist_per_s_) == DeskewStatus::ok &&
+         deskew->apply(scan.points, scan.time_s, 0) == DeskewStatus::ok;
+}
+
 std::string ScanDeskew::deskew_by_odometry(const ScanSource& source, std::size_t index, ScanPoints& scan) {
   const std::optional<double> stamp_s = source.stamp_s(index);
   if (!source.odometry(index)) return "there is no odometry";
@@ -85,35 +127,26 @@ std::string ScanDeskew::deskew_by_odometry(const ScanSource& source, std::size_t
 
   const std::size_t every = poses.size() / most_poses + 1;
   const DeskewConfig config{.pose_capacity = most_poses, .longest_extrapolation_s = 1.5 * widest_s};
-  Arena counting;
-  { const Deskew planned(counting, config); }
-  const settings::MemoryBlock block(counting.used_bytes());
-  Arena arena(block.bytes());
-  Deskew deskew(arena, config);
+  DeskewInBlock deskew(config);
   for (std::size_t i = 0; i < poses.size(); i += every) {
     // From the stamp on, as the points: floats of seconds since 1970 would be minutes apart.
-    const DeskewStatus added = deskew.add_pose(poses[i].time_s - *stamp_s, poses[i].odometry_from_body);
+    const DeskewStatus added = deskew->add_pose(poses[i].time_s - *stamp_s, poses[i].odometry_from_body);
     if (added != DeskewStatus::ok) return fmt::format("the odometry: {}", alces::text(added));
   }
-  return apply(deskew, 0, scan);
+  return apply(*deskew, scan);
 }
 
 std::string ScanDeskew::deskew_by_velocity(ScanPoints& scan) {
   if (!time_s_) return "no stamps are known for a velocity (--scan-interval gives them)";
   if (!twist_per_s_) return "no step has told the velocity yet";
-  const DeskewConfig config{.pose_capacity = 1};
-  Arena counting;
-  { const Deskew planned(counting, config); }
-  const settings::MemoryBlock block(counting.used_bytes());
-  Arena arena(block.bytes());
-  Deskew deskew(arena, config);
-  const DeskewStatus set = deskew.set_twist(*twist_per_s_);
-  return set == DeskewStatus::ok ? apply(deskew, 0, scan) : alces::text(set);
+  DeskewInBlock deskew(DeskewConfig{.pose_capacity = 1});
+  const DeskewStatus set = deskew->set_twist(*twist_per_s_);
+  return set == DeskewStatus::ok ? apply(*deskew, scan) : alces::text(set);
 }
 
-std::string ScanDeskew::apply(Deskew& deskew, double reference_s, ScanPoints& scan) {
+std::string ScanDeskew::apply(const Deskew& deskew, ScanPoints& scan) {
   before_ = scan.points;
-  const DeskewStatus status = deskew.apply(scan.points, scan.time_s, reference_s);
+  const DeskewStatus status = deskew.apply(scan.points, scan.time_s, 0);
   if (status != DeskewStatus::ok) return alces::text(status);
   for (std::size_t i = 0; i < before_.size(); ++i)
     largest_shift_m_ = std::max(largest_shift_m_, shift_m(before_[i], scan.points[i]));

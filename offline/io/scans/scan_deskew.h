@@ -34,6 +34,14 @@ class ScanDeskew {
   /// at its stamp. Without times it stays as it is, to the bit.
   void deskew(const ScanSource& scans, std::size_t index, ScanPoints& scan);
 
+  /// The drive begins, and what it begins with can be told by a match of its first two scans alone.
+  [[nodiscard]] bool needs_first_step(const ScanSource& scans, const ScanPoints& first) const;
+  /// That match: a velocity to begin with. `last_from_next` as in observe_step().
+  void observe_first_step(const ScanSource& scans, const ScanPoints& first, const ScanPoints& second,
+                          const Pose& last_from_next);
+  /// Deskews with the velocity as it is now, and counts nothing: for that match. False: it stays as it is.
+  bool deskew_uncounted(ScanPoints& scan) const;
+
   /// The scan just deskewed was matched: the step from the one before, or null where it is not believed.
   void observe_step(const Pose* last_from_next);
 
@@ -45,7 +53,7 @@ class ScanDeskew {
  private:
   [[nodiscard]] std::string deskew_by_odometry(const ScanSource& scans, std::size_t index, ScanPoints& scan);
   [[nodiscard]] std::string deskew_by_velocity(ScanPoints& scan);
-  [[nodiscard]] std::string apply(Deskew& deskew, double reference_s, ScanPoints& scan);
+  [[nodiscard]] std::string apply(const Deskew& deskew, ScanPoints& scan);
 
   DeskewMode mode_;
   std::optional<Vector6d> twist_per_s_;  ///< of the last steps
