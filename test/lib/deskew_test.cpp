@@ -237,6 +237,7 @@ TEST_CASE("what cannot be deskewed is named, and no point is touched") {
   scan.time_s.pop_back();
   refuses(DeskewStatus::times_missing);
   CHECK(deskew->set_twist(twist({not_a_number, 0, 0}, {0, 0, 0})) == DeskewStatus::bad_pose);
+  CHECK(deskew->set_twist(twist({1e200, 0, 0}, {0, 0, 0})) == DeskewStatus::bad_pose);
   const GyroSample sample{0, {0, 0, not_a_number}};
   CHECK(deskew->set_gyro({&sample, 1}, {0, 0, 0}) == DeskewStatus::bad_pose);
   scan = before;

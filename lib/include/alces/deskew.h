@@ -25,9 +25,9 @@ namespace alces {
 
 enum class DeskewStatus : std::uint8_t {
   ok,
-  no_motion,          ///< fewer than two poses and no twist: how the body moved is not known
-  no_capacity,        ///< more poses than there is room for
-  bad_pose,           ///< a pose or a twist that is not finite, or a quaternion that is none
+  no_motion,    ///< fewer than two poses and no twist: how the body moved is not known
+  no_capacity,  ///< more poses than there is room for
+  bad_pose,     ///< not finite, a quaternion that is none, or faster than farthest_place_m (or rad) a second
   times_not_growing,  ///< a pose's time is not finite, or not later than the one before
   times_missing,      ///< not one time a point
   time_not_finite,    ///< of a point, or of the reference

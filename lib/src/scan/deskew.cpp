@@ -10,6 +10,11 @@ bool is_same(const Pose& a, const Pose& b) {
   return a.translation_m == b.translation_m && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
+/// No body does; arithmetic with more would overflow.
+bool is_possible(const Vector6d& twist_per_s) {
+  return twist_per_s.allFinite() && twist_per_s.cwiseAbs().maxCoeff() <= farthest_place_m;
+}
+
 }  // namespace
 
 const char* text(DeskewStatus status) {
@@ -21,7 +26,7 @@ const char* text(DeskewStatus status) {
     case DeskewStatus::no_capacity:
       return "more poses than there is room for";
     case DeskewStatus::bad_pose:
-      return "a pose or a speed is no number";
+      return "a pose or a speed is none";
     case DeskewStatus::times_not_growing:
       return "the times of the poses do not grow";
     case DeskewStatus::times_missing:
@@ -53,7 +58,7 @@ DeskewStatus Deskew::add_pose(double time_s, const Pose& fixed_from_body) {
     Vector6d twist = Vector6d::Zero();
     if (!is_same(before.fixed_from_body, fixed_from_body))
       twist = log_se3(before.fixed_from_body.inverse() * fixed_from_body) / step_s;
-    if (!twist.allFinite()) return DeskewStatus::bad_pose;
+    if (!is_possible(twist)) return DeskewStatus::bad_pose;
     before.twist_per_s = knot.twist_per_s = twist;  // behind the last pose it goes on
   }
   knots_[count_++] = knot;
@@ -63,7 +68,7 @@ DeskewStatus Deskew::add_pose(double time_s, const Pose& fixed_from_body) {
 DeskewStatus Deskew::set_twist(const Vector6d& twist_per_s) {
   clear();
   if (knots_.empty()) return DeskewStatus::no_capacity;
-  if (!twist_per_s.allFinite()) return DeskewStatus::bad_pose;
+  if (!is_possible(twist_per_s)) return DeskewStatus::bad_pose;
   knots_[0] = {0, Pose{}, twist_per_s};
   count_ = 1;
   is_constant_ = true;
