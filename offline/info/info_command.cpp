@@ -129,6 +129,7 @@ Json describe(ScanSource& scans) {
   Json json;
   json["description"] = scans.description();
   json["scans"] = scans.size();
+  if (const std::string channels = scans.channels(); !channels.empty()) json["channels"] = channels;
   json["points"] = total;
   if (counts.size() > 1) {
     json["points_per_scan"] = {

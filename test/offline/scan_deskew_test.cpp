@@ -1,11 +1,19 @@
 #include "offline/io/scans/scan_deskew.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
+#include "offline/io/map_folder/trajectory.h"
+#include "offline/io/map_folder/trajectory_files.h"
 #include "offline/map/map_run.h"
+#include "offline/optimize/lum/map_deskew.h"
 #include "room.h"
+#include "run_alces.h"
+#include "temporary_folder.h"
 
 using namespace alces;
 using namespace alces::offline;
@@ -197,4 +205,82 @@ TEST_CASE("intensities go with their points into the stored scans") {
     CHECK(least_m < 2e-3F);
     CHECK(view.intensity(i) == scan.intensity[nearest]);
   }
+}
+
+TEST_CASE("LUM reads the scans of such a map with the motion taken out by the map's poses") {
+  Trajectory map;
+  std::vector<std::size_t> index;
+  for (std::size_t i = 0; i < 5; ++i) {
+    map.poses.push_back(room_from_body_at(interval_s * static_cast<double>(i)));
+    index.push_back(i);
+  }
+  MapDeskewedSource source(std::make_unique<DrivingSource>(5, Known::stamps), map, index);
+  DrivingSource still(5, Known::nothing, false, true);
+  ScanPoints expected;
+  ScanPoints scan;
+  for (std::size_t i = 0; i < 5; ++i) {
+    still.read(i, expected);
+    REQUIRE(source.read(i, scan));
+    for (std::size_t k = 0; k < scan.size(); k += 100) {
+      const Point& a = scan.points[k];
+      const Point& b = expected.points[k];
+      CHECK(std::hypot(a.x - b.x, a.y - b.y, a.z - b.z) < 0.06F);
+    }
+  }
+}
+
+TEST_CASE(
+    "alces map deskews a folder of scans by all poses of a trajectory between their stamps, and says so") {
+  const TemporaryFolder folder;
+  DrivingSource source(6, Known::nothing);
+  ScanPoints scan;
+  constexpr double begin_s = 1'700'000'000;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    source.read(i, scan);
+    std::string csv = "x,y,z,offset_time\n";
+    for (std::size_t k = 0; k < scan.size(); ++k)
+      csv += fmt::format("{},{},{},{:.0f}\n", scan.points[k].x, scan.points[k].y, scan.points[k].z,
+                         1e9 * static_cast<double>(scan.time_s[k]));
+    folder.write(fmt::format("scans/{:.6f}.csv", begin_s + interval_s * static_cast<double>(i)), csv);
+  }
+  Trajectory odometry;
+  odometry.has_time = true;
+  for (int i = -5; i < 70; ++i) {
+    odometry.poses.push_back(room_from_body_at(0.01 * i));
+    odometry.stamps_s.push_back(begin_s + 0.01 * i);
+  }
+  write_tum(folder / "wheels.tum", odometry);
+
+  ScanSourceOptions options;
+  options.odometry = folder / "wheels.tum";
+  const auto files = open_scans(folder / "scans", options);
+  ScanDeskew deskew(DeskewMode::automatic);
+  DrivingSource still(6, Known::nothing, false, true);
+  ScanPoints expected;
+  for (std::size_t i = 0; i < 6; ++i) {
+    REQUIRE(files->read(i, scan));
+    deskew.deskew(*files, i, scan);
+    still.read(i, expected);
+    REQUIRE(scan.size() == expected.size());
+    for (std::size_t k = 0; k < scan.size(); k += 50) {
+      const Point& a = scan.points[k];
+      const Point& b = expected.points[k];
+      CHECK(std::hypot(a.x - b.x, a.y - b.y, a.z - b.z) < 2e-3F);  // all of it: also of the last scan
+    }
+  }
+
+  const std::string command = "map scans --odometry wheels.tum --out ";
+  const ProgramOutcome outcome = run_alces(folder, command + "map");
+  INFO(outcome.err);
+  REQUIRE(outcome.status == 0);
+  CHECK_THAT(outcome.out, Contains("times from offset_time (double) in ns"));
+  CHECK_THAT(outcome.out, Contains("deskewed by odometry: 6 scans; 0.09 s a scan"));
+  const auto run = nlohmann::json::parse(content_of(folder / "map/run.json"));
+  CHECK(run["deskew"]["by_odometry"] == 6);
+  CHECK(run["deskew"]["largest_shift_m"].get<double>() > 0.5);
+  CHECK_THAT(run["source"]["channels"].get<std::string>(), Contains("offset_time"));
+  const ProgramOutcome none = run_alces(folder, command + "none --deskew none");
+  CHECK_THAT(none.out, Contains("taken as deskewed already"));
+  CHECK(content_of(folder / "none/trajectory.tum") != content_of(folder / "map/trajectory.tum"));
+  CHECK(run_alces(folder, command + "bad --deskew imu").status == 2);
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "alces_platform/settings/memory_plan.h"
+
 namespace alces::offline {
 namespace {
 

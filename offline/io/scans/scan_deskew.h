@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "alces/deskew.h"
-#include "alces_platform/settings/memory_plan.h"
 #include "scan_source.h"
 
 namespace alces::offline {
