@@ -34,9 +34,9 @@ struct Settings {
 };
 
 std::vector<Point> read_points(const std::string& file) {
-  std::vector<Point> points;
-  offline::open_scans(file)->read(0, points);
-  return points;
+  offline::ScanPoints scan;
+  offline::open_scans(file)->read(0, scan);
+  return scan.points;
 }
 
 struct Tally {

@@ -69,36 +69,42 @@ class FileCloudWriter : public CloudWriter {
 /// In the form of the map folder's map.ply.
 class PlyWriter final : public CloudWriter {
  public:
-  explicit PlyWriter(const std::filesystem::path& file) : output_(file) {}
+  PlyWriter(const std::filesystem::path& file, bool has_intensity)
+      : output_(file, has_intensity ? PlyMapWriter::Attribute::scan_and_intensity
+                                    : PlyMapWriter::Attribute::scan) {}
   void finish() override { output_.finish(); }
 
  protected:
-  void write(const Point& point, std::uint32_t scan, double) override {
+  void write(const Point& point, std::uint32_t scan, double, std::uint8_t intensity) override {
     points_.push_back(point);
+    intensity_.push_back(intensity);
     scan_ = scan;
   }
   void flush() override {
-    output_.add(points_, Pose{}, scan_);
+    output_.add(points_, Pose{}, scan_, intensity_);
     points_.clear();
+    intensity_.clear();
   }
 
  private:
   PlyMapWriter output_;
   std::vector<Point> points_;
+  std::vector<std::uint8_t> intensity_;
   std::uint32_t scan_ = 0;
 };
 
 /// In doubles, from an origin on.
 class FarPlyWriter final : public FileCloudWriter {
  public:
-  FarPlyWriter(const std::filesystem::path& file, const Origin& origin_m)
-      : FileCloudWriter(file), origin_m_(origin_m) {
+  FarPlyWriter(const std::filesystem::path& file, const Origin& origin_m, bool has_intensity)
+      : FileCloudWriter(file), origin_m_(origin_m), has_intensity_(has_intensity) {
     std::string header =
         "ply\nformat binary_little_endian 1.0\ncomment written by alces\n"
         "comment right-handed, x forward, y left, z up, metres\nelement vertex ";
     count_at_ = header.size();
-    header += padded_count(0) +
-              "\nproperty double x\nproperty double y\nproperty double z\nproperty uint scan\nend_header\n";
+    header +=
+        padded_count(0) + "\nproperty double x\nproperty double y\nproperty double z\nproperty uint scan\n";
+    header += has_intensity_ ? "property uchar intensity\nend_header\n" : "end_header\n";
     output_.write(header);
   }
   void finish() override {
@@ -107,24 +113,30 @@ class FarPlyWriter final : public FileCloudWriter {
   }
 
  protected:
-  void write(const Point& point, std::uint32_t scan, double) override {
+  void write(const Point& point, std::uint32_t scan, double, std::uint8_t intensity) override {
     append_xyz_from(bytes_, point, origin_m_);
     append_binary(bytes_, scan);
+    if (has_intensity_) append_binary(bytes_, intensity);
   }
 
  private:
   Origin origin_m_;
+  bool has_intensity_;
   std::uint64_t count_at_ = 0;
 };
 
 class PcdWriter final : public FileCloudWriter {
  public:
-  PcdWriter(const std::filesystem::path& file, const Origin& origin_m)
-      : FileCloudWriter(file), origin_m_(origin_m), is_far_(origin_m != Origin{}) {
+  PcdWriter(const std::filesystem::path& file, const Origin& origin_m, bool has_intensity)
+      : FileCloudWriter(file),
+        origin_m_(origin_m),
+        is_far_(origin_m != Origin{}),
+        has_intensity_(has_intensity) {
     std::string header = fmt::format(
         "# .PCD v0.7 - Point Cloud Data file format, written by alces: right-handed, z up, metres\n"
-        "VERSION 0.7\nFIELDS x y z scan\nSIZE {0} {0} {0} 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH ",
-        is_far_ ? 8 : 4);
+        "VERSION 0.7\nFIELDS x y z scan{1}\nSIZE {0} {0} {0} 4{2}\nTYPE F F F U{3}\nCOUNT 1 1 1 1{4}\nWIDTH ",
+        is_far_ ? 8 : 4, has_intensity_ ? " intensity" : "", has_intensity_ ? " 4" : "",
+        has_intensity_ ? " F" : "", has_intensity_ ? " 1" : "");
     width_at_ = header.size();
     header += padded_count(0) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS ";
     points_at_ = header.size();
@@ -138,17 +150,19 @@ class PcdWriter final : public FileCloudWriter {
   }
 
  protected:
-  void write(const Point& point, std::uint32_t scan, double) override {
+  void write(const Point& point, std::uint32_t scan, double, std::uint8_t intensity) override {
     if (is_far_)
       append_xyz_from(bytes_, point, origin_m_);
     else
       append_xyz(bytes_, point);
     append_binary(bytes_, scan);
+    if (has_intensity_) append_binary(bytes_, static_cast<float>(intensity));  // as PCL's PointXYZI
   }
 
  private:
   Origin origin_m_;
   bool is_far_;
+  bool has_intensity_;
   std::uint64_t width_at_ = 0;
   std::uint64_t points_at_ = 0;
 };
@@ -165,7 +179,7 @@ class LasWriter final : public FileCloudWriter {
   }
 
  protected:
-  void write(const Point& point, std::uint32_t scan, double stamp_s) override {
+  void write(const Point& point, std::uint32_t scan, double stamp_s, std::uint8_t intensity) override {
     const std::array<float, 3> xyz = {point.x, point.y, point.z};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double steps = std::round(static_cast<double>(xyz.at(axis)) / las::step_m);
@@ -181,13 +195,13 @@ class LasWriter final : public FileCloudWriter {
       append_binary(bytes_, static_cast<std::int32_t>(steps));
     }
     ++count_;
-    append_binary(bytes_, std::uint16_t{0});                           // intensity
-    append_binary(bytes_, std::uint8_t{0x11});                         // return 1 of 1
-    append_binary(bytes_, std::uint8_t{0});                            // flags
-    append_binary(bytes_, std::uint8_t{0});                            // never classified
-    append_binary(bytes_, std::uint8_t{0});                            // user data
-    append_binary(bytes_, std::int16_t{0});                            // scan angle
-    append_binary(bytes_, static_cast<std::uint16_t>(scan & 0xffff));  // point source
+    append_binary(bytes_, static_cast<std::uint16_t>(257 * intensity));  // of 16 bits
+    append_binary(bytes_, std::uint8_t{0x11});                           // return 1 of 1
+    append_binary(bytes_, std::uint8_t{0});                              // flags
+    append_binary(bytes_, std::uint8_t{0});                              // never classified
+    append_binary(bytes_, std::uint8_t{0});                              // user data
+    append_binary(bytes_, std::int16_t{0});                              // scan angle
+    append_binary(bytes_, static_cast<std::uint16_t>(scan & 0xffff));    // point source
     append_binary(bytes_, stamp_s);
   }
 
@@ -239,24 +253,30 @@ class LasWriter final : public FileCloudWriter {
 
 class CsvWriter final : public FileCloudWriter {
  public:
-  CsvWriter(const std::filesystem::path& file, const Origin& origin_m)
-      : FileCloudWriter(file), origin_m_(origin_m), is_far_(origin_m != Origin{}) {
-    output_.write("x,y,z,scan\n");
+  CsvWriter(const std::filesystem::path& file, const Origin& origin_m, bool has_intensity)
+      : FileCloudWriter(file),
+        origin_m_(origin_m),
+        is_far_(origin_m != Origin{}),
+        has_intensity_(has_intensity) {
+    output_.write(has_intensity_ ? "x,y,z,scan,intensity\n" : "x,y,z,scan\n");
   }
 
  protected:
-  void write(const Point& point, std::uint32_t scan, double) override {
+  void write(const Point& point, std::uint32_t scan, double, std::uint8_t intensity) override {
     if (is_far_)
-      fmt::format_to(std::back_inserter(bytes_), "{:.4f},{:.4f},{:.4f},{}\n",
+      fmt::format_to(std::back_inserter(bytes_), "{:.4f},{:.4f},{:.4f},{}",
                      static_cast<double>(point.x) + origin_m_[0], static_cast<double>(point.y) + origin_m_[1],
                      static_cast<double>(point.z) + origin_m_[2], scan);
     else
-      fmt::format_to(std::back_inserter(bytes_), "{},{},{},{}\n", point.x, point.y, point.z, scan);
+      fmt::format_to(std::back_inserter(bytes_), "{},{},{},{}", point.x, point.y, point.z, scan);
+    if (has_intensity_) fmt::format_to(std::back_inserter(bytes_), ",{}", intensity);
+    bytes_.push_back('\n');
   }
 
  private:
   Origin origin_m_;
   bool is_far_;
+  bool has_intensity_;
 };
 
 class KittiWriter final : public FileCloudWriter {
@@ -264,9 +284,9 @@ class KittiWriter final : public FileCloudWriter {
   using FileCloudWriter::FileCloudWriter;
 
  protected:
-  void write(const Point& point, std::uint32_t, double) override {
+  void write(const Point& point, std::uint32_t, double, std::uint8_t intensity) override {
     append_xyz(bytes_, point);
-    append_binary(bytes_, 0.0F);
+    append_binary(bytes_, static_cast<float>(intensity) / 255.0F);
   }
 };
 
@@ -284,30 +304,31 @@ std::optional<CloudForm> cloud_form_of(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-void CloudWriter::add(std::span<const Point> points, std::uint32_t scan, double stamp_s) {
-  for (const Point& point : points) {
-    if (!is_finite(point)) {
+void CloudWriter::add(std::span<const Point> points, std::uint32_t scan, double stamp_s,
+                      std::span<const std::uint8_t> intensity) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!is_finite(points[i])) {
       ++not_finite_;
       continue;
     }
-    write(point, scan, stamp_s);
+    write(points[i], scan, stamp_s, i < intensity.size() ? intensity[i] : std::uint8_t{0});
     ++written_;
   }
   flush();
 }
 
 std::unique_ptr<CloudWriter> open_cloud_writer(const std::filesystem::path& file, CloudForm form,
-                                               const Origin& origin_m) {
+                                               const Origin& origin_m, bool has_intensity) {
   switch (form) {
     case CloudForm::ply:
-      if (origin_m != Origin{}) return std::make_unique<FarPlyWriter>(file, origin_m);
-      return std::make_unique<PlyWriter>(file);
+      if (origin_m != Origin{}) return std::make_unique<FarPlyWriter>(file, origin_m, has_intensity);
+      return std::make_unique<PlyWriter>(file, has_intensity);
     case CloudForm::pcd:
-      return std::make_unique<PcdWriter>(file, origin_m);
+      return std::make_unique<PcdWriter>(file, origin_m, has_intensity);
     case CloudForm::las:
       return std::make_unique<LasWriter>(file, origin_m);
     case CloudForm::csv:
-      return std::make_unique<CsvWriter>(file, origin_m);
+      return std::make_unique<CsvWriter>(file, origin_m, has_intensity);
     case CloudForm::kitti:
       break;
   }

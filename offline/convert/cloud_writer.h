@@ -3,12 +3,14 @@
 //
 // | form | what a point has | opens in |
 // |---|---|---|
-// | ply | float x y z, uint scan | CloudCompare, MeshLab, Open3D |
-// | pcd | float x y z, uint scan; binary | PCL, CloudCompare |
-// | las | x y z in steps of 0.1 mm, GPS time = the scan's stamp, point source ID = scan mod 65536; LAS 1.4,
-// |     | point format 6 (ASPRS 2013) | PDAL, QGIS, CloudCompare, potree |
-// | csv | x,y,z,scan with a header | spreadsheets |
-// | kitti | float x y z, intensity 0 | KITTI's tools, LIO/LOAM code |
+// | ply | float x y z, uint scan, uchar intensity | CloudCompare, MeshLab, Open3D |
+// | pcd | float x y z, uint scan, float intensity 0 to 255; binary | PCL, CloudCompare |
+// | las | x y z in steps of 0.1 mm, intensity as 16 bits, GPS time = the scan's stamp, point source ID = scan
+// mod 65536; LAS 1.4, |     | point format 6 (ASPRS 2013) | PDAL, QGIS, CloudCompare, potree | | csv |
+// x,y,z,scan,intensity with a header | spreadsheets | | kitti | float x y z, intensity 0 to 1 | KITTI's
+// tools, LIO/LOAM code |
+//
+// Intensity is there where the scans have it (LAS and KITTI: else 0).
 //
 // Coordinates are REP 103's metres, as handed over, with the origin added: then ply and pcd have double x y
 // z, csv four decimals, LAS the origin as its offset; KITTI's floats cannot have it. Points that are not
@@ -39,9 +41,10 @@ class CloudWriter {
   CloudWriter& operator=(const CloudWriter&) = delete;
   virtual ~CloudWriter() = default;
 
-  /// Points of scan number `scan`, measured at stamp_s. OutputError; also when LAS cannot hold a coordinate
-  /// (beyond 214 km).
-  void add(std::span<const Point> points, std::uint32_t scan, double stamp_s);
+  /// Points of scan number `scan`, measured at stamp_s; `intensity`: as many as points, or none. OutputError;
+  /// also when LAS cannot hold a coordinate (beyond 214 km).
+  void add(std::span<const Point> points, std::uint32_t scan, double stamp_s,
+           std::span<const std::uint8_t> intensity = {});
   /// Makes the file whole and gives it its name.
   virtual void finish() = 0;
 
@@ -49,7 +52,7 @@ class CloudWriter {
   [[nodiscard]] std::uint64_t not_finite() const { return not_finite_; }
 
  protected:
-  virtual void write(const Point& point, std::uint32_t scan, double stamp_s) = 0;
+  virtual void write(const Point& point, std::uint32_t scan, double stamp_s, std::uint8_t intensity) = 0;
   /// After the points of one add().
   virtual void flush() = 0;
 
@@ -58,9 +61,11 @@ class CloudWriter {
   std::uint64_t not_finite_ = 0;
 };
 
-/// `origin_m` was taken off the coordinates and comes back; zero: none was.
+/// `origin_m` was taken off the coordinates and comes back; zero: none was. `has_intensity`: some scan will
+/// bring it.
 [[nodiscard]] std::unique_ptr<CloudWriter> open_cloud_writer(const std::filesystem::path& file,
                                                              CloudForm form,
-                                                             const std::array<double, 3>& origin_m = {});
+                                                             const std::array<double, 3>& origin_m = {},
+                                                             bool has_intensity = false);
 
 }  // namespace alces::offline

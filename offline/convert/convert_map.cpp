@@ -23,6 +23,7 @@
 #include "offline/io/map_folder/ply_stream.h"
 #include "offline/io/map_folder/trajectory.h"
 #include "offline/io/scans/ply_header.h"
+#include "offline/io/scans/point_channels.h"
 #include "offline/io/scans/scan_source.h"
 #include "offline/optimize/graph/graph_file.h"
 #include "recorded_graph.h"
@@ -82,7 +83,9 @@ bool has_binary_floats(const fs::path& file) {
     if (header.encoding == PlyEncoding::ascii || header.elements.empty()) return false;
     const auto& properties = header.elements[0].properties;
     return std::none_of(properties.begin(), properties.end(), [](const PlyProperty& property) {
-      return property.name.size() == 1 && property.type == NumberType::f64;
+      const bool is_scaled =
+          property.type != NumberType::u8 && channel_called(property.name) == ChannelKind::intensity;
+      return is_scaled || (property.name.size() == 1 && property.type == NumberType::f64);
     });
   } catch (const InputError&) {
     return true;  // whoever reads it says what is wrong
@@ -145,17 +148,19 @@ class ScanTaker {
   ScanTaker(const ScanTaker&) = delete;
   ScanTaker& operator=(const ScanTaker&) = delete;
   virtual ~ScanTaker() = default;
-  virtual void take(std::span<const Point> points_in_body, const Pose& map_from_body,
-                    const ScanTag& scan) = 0;
+  /// `intensity`: as many as points, or none.
+  virtual void take(std::span<const Point> points_in_body, std::span<const std::uint8_t> intensity,
+                    const Pose& map_from_body, const ScanTag& scan) = 0;
   virtual void finish(MapConversionReport& report) = 0;
 };
 
 class CloudTaker final : public ScanTaker {
  public:
-  CloudTaker(const fs::path& out, ConversionForm form, const Origin& origin_m)
-      : writer_(open_cloud_writer(out, cloud_form(form), origin_m)) {}
+  CloudTaker(const fs::path& out, ConversionForm form, const Origin& origin_m, bool has_intensity)
+      : writer_(open_cloud_writer(out, cloud_form(form), origin_m, has_intensity)) {}
 
-  void take(std::span<const Point> points_in_body, const Pose& map_from_body, const ScanTag& scan) override {
+  void take(std::span<const Point> points_in_body, std::span<const std::uint8_t> intensity,
+            const Pose& map_from_body, const ScanTag& scan) override {
     points_.clear();
     const Eigen::Matrix3d rotation = map_from_body.rotation.toRotationMatrix();
     for (const Point& point : points_in_body) {
@@ -163,7 +168,7 @@ class CloudTaker final : public ScanTaker {
       const Eigen::Vector3f in_map = (rotation * in_body + map_from_body.translation_m).cast<float>();
       points_.push_back({in_map.x(), in_map.y(), in_map.z()});
     }
-    writer_->add(points_, scan.number, scan.stamp_s);
+    writer_->add(points_, scan.number, scan.stamp_s, intensity);
   }
   void finish(MapConversionReport& report) override {
     report.points = writer_->written();
@@ -187,7 +192,8 @@ class RecordingTaker final : public ScanTaker {
     std::stable_sort(graph_.loops.begin(), graph_.loops.end(), by_last);
   }
 
-  void take(std::span<const Point> points_in_body, const Pose& map_from_body, const ScanTag& scan) override {
+  void take(std::span<const Point> points_in_body, std::span<const std::uint8_t> /*intensity*/,
+            const Pose& map_from_body, const ScanTag& scan) override {
     finite_.clear();
     for (const Point& point : points_in_body) {
       if (is_finite(point)) finite_.push_back(point);
@@ -245,14 +251,15 @@ class RecordingTaker final : public ScanTaker {
   std::uint64_t too_large_ = 0;
 };
 
-std::unique_ptr<ScanTaker> open_taker(const MapConversion& conversion, const Origin& origin_m) {
+std::unique_ptr<ScanTaker> open_taker(const MapConversion& conversion, const Origin& origin_m,
+                                      bool has_intensity) {
   if (conversion.form == ConversionForm::mcap) {
     RecordedGraph graph;
     if (conversion.source == ConversionSource::map_folder)
       graph = read_recorded_graph(conversion.in, read_trajectory(conversion.in).size());
     return std::make_unique<RecordingTaker>(conversion.out, std::move(graph));
   }
-  return std::make_unique<CloudTaker>(conversion.out, conversion.form, origin_m);
+  return std::make_unique<CloudTaker>(conversion.out, conversion.form, origin_m, has_intensity);
 }
 
 /// The map's points scan by scan, taken back into the body's frame.
@@ -264,6 +271,7 @@ void take_map(const fs::path& folder, ScanTaker& taker, MapConversionReport& rep
   for (std::size_t i = 0; !trajectory.has_time && i < trajectory.size(); ++i)
     pose_of[static_cast<std::uint32_t>(std::llround(trajectory.stamps_s[i]))] = i;
   std::vector<Point> points;
+  std::vector<std::uint8_t> intensity;
   std::uint32_t number = 0;
   const auto hand_on = [&] {
     if (points.empty()) return;
@@ -280,30 +288,34 @@ void take_map(const fs::path& folder, ScanTaker& taker, MapConversionReport& rep
       const Eigen::Vector3f in_body = (body_from_map * in_map.cast<double>()).cast<float>();
       point = {in_body.x(), in_body.y(), in_body.z()};
     }
-    taker.take(points, trajectory.poses[pose], {number, pose, trajectory.stamps_s[pose]});
+    taker.take(points, intensity, trajectory.poses[pose], {number, pose, trajectory.stamps_s[pose]});
     ++report.scans;
     points.clear();
+    intensity.clear();
   };
-  stream_ply_scans(folder / "map.ply",
-                   [&](std::span<const Point> piece, std::span<const std::uint32_t> scans) {
-                     for (std::size_t i = 0; i < piece.size(); ++i) {
-                       if (scans[i] != number) hand_on();
-                       number = scans[i];
-                       points.push_back(piece[i]);
-                     }
-                   });
+  stream_ply_pieces(folder / "map.ply", [&](const PlyPiece& piece) {
+    if (piece.scans.empty())
+      throw InputError(folder / "map.ply",
+                       "its points do not say which scan they come from; map the scans again");
+    for (std::size_t i = 0; i < piece.points.size(); ++i) {
+      if (piece.scans[i] != number) hand_on();
+      number = piece.scans[i];
+      points.push_back(piece.points[i]);
+      if (!piece.intensity.empty()) intensity.push_back(piece.intensity[i]);
+    }
+  });
   hand_on();
 }
 
 void take_scans(ScanSource& scans, const Origin& poses_origin_m, ScanTaker& taker,
                 MapConversionReport& report, const ScanProgress& progress) {
-  std::vector<Point> points;
+  ScanPoints scan;
   std::size_t without_pose = 0;
-  for (std::size_t i = 0; scans.read(i, points); ++i) {
+  for (std::size_t i = 0; scans.read(i, scan); ++i) {
     std::optional<Pose> pose = scans.odometry(i);
     if (!pose) ++without_pose;
     if (pose) pose->translation_m -= Eigen::Vector3d(poses_origin_m[0], poses_origin_m[1], poses_origin_m[2]);
-    taker.take(points, pose.value_or(Pose{}),
+    taker.take(scan.points, scan.intensity, pose.value_or(Pose{}),
                {static_cast<std::uint32_t>(scans.number(i)), i,
                 scans.stamp_s(i).value_or(static_cast<double>(scans.number(i)))});
     ++report.scans;
@@ -365,7 +377,7 @@ void take_recording(const fs::path& file, ScanTaker& taker, MapConversionReport&
       ++without_pose;
       continue;
     }
-    taker.take(cloud->points, trajectory.poses[pose->second],
+    taker.take(cloud->points, {}, trajectory.poses[pose->second],
                {static_cast<std::uint32_t>(report.scans), pose->second, trajectory.stamps_s[pose->second]});
     ++report.scans;
   }
@@ -534,11 +546,16 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
     origins.cloud_m = origin_of_map(conversion.in.parent_path());
   }
 
-  const std::unique_ptr<ScanTaker> taker = open_taker(conversion, origins.cloud_m);
+  bool has_intensity = scans != nullptr && scans->has_intensity();
+  if (is_streamed_ply) has_intensity = ply_has_intensity(conversion.in);
+  if (conversion.source == ConversionSource::map_folder)
+    has_intensity = ply_has_intensity(conversion.in / "map.ply");
+  const std::unique_ptr<ScanTaker> taker = open_taker(conversion, origins.cloud_m, has_intensity);
   if (scans) {
     take_scans(*scans, origins.poses_m, *taker, report, progress);
   } else if (is_streamed_ply) {
-    stream_ply(conversion.in, [&](std::span<const Point> piece) { taker->take(piece, Pose{}, {}); });
+    stream_ply_pieces(conversion.in,
+                      [&](const PlyPiece& piece) { taker->take(piece.points, piece.intensity, Pose{}, {}); });
     report.scans = 1;
   } else if (conversion.source == ConversionSource::map_folder) {
     take_map(conversion.in, *taker, report);

@@ -26,6 +26,8 @@ struct MapOptions {
   std::vector<std::filesystem::path> scans;
   std::string out;
   std::string odometry;
+  std::string deskew = "auto";
+  double scan_interval_s = 0;
   double scale = 1;
   std::string format;
   std::string front_end = "default";
@@ -43,6 +45,8 @@ constexpr const char* map_footer = R"(Examples:
   alces map scans/ --out town --odometry none            without poses, also where some lie beside the scans
   alces map scans/ --out town --scale 0.001              scans whose coordinates are millimetres
   alces map sweeps/ --out town --format float32x5        five float32 a point and no header, as nuScenes has them
+  alces map scans/ --out town --scan-interval 0.1        scans without stamps that come ten a second: their motion is taken out
+  alces map scans/ --out town --deskew none              points have times, and their motion is taken out already
   alces map scans/ --out town --front-end paper          ICP and sharing out as they were published
   alces map scans/ --out town --memory 16MiB             as on a small board: what does not fit goes to the disk
   alces map --print-config > map.toml                    every number, to be changed and given with --config
@@ -52,6 +56,10 @@ names (a number with decimals, or since 1970), else by their numbers, else by th
 file was the odometry, so that 'alces evaluate' can tell when it is taken for the truth, too. The map folder holds trajectory.tum (the poses),
 graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops). It is written beside OUT and takes
 its place when it is whole; files of others in OUT stay. The frame is REP 103's, metres, the origin is the first scan.
+
+Points with times (fields t, time, timestamp, offset_time, GPS time, ...) are deskewed: by the odometry between the stamps of the
+scans, else by the motion of the last steps. A line says how their unit was found and how far points were moved. Files that were
+deskewed already and kept their times cannot be told from others: --deskew none. Intensities are kept, 8 bits a point.
 
 --loop-optimizer none closes no loops. toro or hogman, where alces has them, put the optimisers that ELCH's paper compares
 with into LOA's place; they work outside of --memory. Detecting, matching and believing loops stay as they are.
@@ -70,6 +78,7 @@ MapRequest request(const MapOptions& options) {
   MapRequest request;
   request.config = default_settings(options.front_end == "paper" ? FrontEnd::paper : FrontEnd::standard);
   if (!options.config.empty()) read_settings(options.config, request.config);
+  request.deskew = deskew_mode_called(options.deskew).value_or(DeskewMode::automatic);
   request.loop_back_end = options.loop_optimizer;
   const auto memory = parse_byte_size(options.memory);
   if (!memory) throw UsageError(fmt::format("--memory {}: write a size as 64MiB", options.memory));
@@ -87,11 +96,14 @@ void map_scans(const MapOptions& options) {
   if (options.out.empty()) throw UsageError("--out is missing; name the folder that the map is written to");
 
   const MapRequest map_request = request(options);
-  ScanSourceOptions source_options = {.scale = options.scale, .format = options.format};
+  ScanSourceOptions source_options = {
+      .scale = options.scale, .scan_interval_s = options.scan_interval_s, .format = options.format};
   choose_odometry(options.odometry, source_options);
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
-  nlohmann::json source = {{"paths", nlohmann::json::array()},
-                           {"reading", {{"scale", options.scale}, {"format", options.format}}}};
+  nlohmann::json source = {
+      {"paths", nlohmann::json::array()},
+      {"reading",
+       {{"scale", options.scale}, {"format", options.format}, {"scan_interval_s", options.scan_interval_s}}}};
   for (const std::filesystem::path& path : options.scans)
     source["paths"].push_back(std::filesystem::absolute(path).lexically_normal().string());
   map_and_write(scans, map_request, options.out,
@@ -108,6 +120,12 @@ void add_map_command(CLI::App& alces) {
   verb->add_option("--out", options->out, "the map folder to write");
   verb->add_option("--odometry", options->odometry,
                    "rough poses: TUM, KITTI, 3DTK or 4x4 matrices; none: not those beside the scans either");
+  verb->add_option("--deskew", options->deskew, "which motion is taken out of scans whose points have times")
+      ->check(CLI::IsMember(deskew_mode_names()))
+      ->capture_default_str();
+  verb->add_option("--scan-interval", options->scan_interval_s,
+                   "s from one scan to the next, where neither names nor poses have stamps")
+      ->check(CLI::Range(1e-4, 1e4));
   verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")
       ->check(CLI::Range(1e-9, 1e9))
       ->capture_default_str();

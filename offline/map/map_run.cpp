@@ -26,6 +26,7 @@ double metres(float cell_size_m) {
 MapperConfig complete(const MapRequest& request, const std::string& back_end, ScanSource& scans) {
   MapperConfig config = request.config;
   if (back_end == "none") config.close_loops = false;
+  config.keep_intensity = true;
   constexpr std::size_t most_scans = 100'000'000;  // a scan costs memory: this is far beyond any block
   if (config.scan_capacity == 0)
     config.scan_capacity = static_cast<std::uint32_t>(std::clamp<std::size_t>(scans.size(), 1, most_scans));
@@ -43,7 +44,8 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
       plan_(plan_memory(config_, request.memory_bytes)),
       block_(plan_.block_bytes),
       own_relaxation_(make_graph_relaxation(loop_back_end_)),
-      relaxation_(request.relaxation != nullptr ? request.relaxation : own_relaxation_.get()) {
+      relaxation_(request.relaxation != nullptr ? request.relaxation : own_relaxation_.get()),
+      deskew_(request.deskew) {
   if (archive_file_) archive_ = std::make_unique<FileArchive>(*archive_file_, config_.scan_capacity);
   Status status = Status::ok;
   mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_);
@@ -55,7 +57,7 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
 
 void MapRun::run(const Callbacks& callbacks) {
   const Clock::time_point begin = Clock::now();
-  std::vector<Point> points;
+  ScanPoints scan;
   for (std::size_t index = 0; index < scans_.size(); ++index) {
     if (const int signal = callbacks.stop_signal ? callbacks.stop_signal() : 0; signal != 0) {
       problem_ = Error(fmt::format("{} after {} of {} scans; the map ends there",
@@ -65,13 +67,15 @@ void MapRun::run(const Callbacks& callbacks) {
     }
     const Clock::time_point read_begin = Clock::now();
     try {
-      if (!scans_.read(index, points)) break;
+      if (index == 0) begin_with_velocity();
+      if (!read(index, scan)) break;
     } catch (const Error& error) {
       problem_ = error;
       break;
     }
     read_wait_s_ += elapsed_s_since(read_begin);
-    if (!add(index, points)) break;
+    deskew_.deskew(scans_, index, scan);
+    if (!add(index, scan)) break;
     if (callbacks.progress) callbacks.progress(index + 1, scans_.size());
   }
   const Clock::time_point finish_begin = Clock::now();
@@ -87,11 +91,12 @@ void MapRun::run(const Callbacks& callbacks) {
 }
 
 // False: the run ends here.
-bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
+bool MapRun::add(std::size_t index, const ScanPoints& scan) {
   const Clock::time_point begin = Clock::now();
   const std::optional<Pose> odometry = scans_.odometry(index);
   ScanReport report;
-  const Status status = mapper_->add_scan(points, odometry ? &*odometry : nullptr, report);
+  const Status status =
+      mapper_->add_scan(scan.points, odometry ? &*odometry : nullptr, report, nullptr, scan.intensity);
   mapping_s_ += elapsed_s_since(begin);
   switch (status) {
     case Status::ok:
@@ -102,6 +107,8 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
                          status == Status::no_voxel_capacity, report.iterations, report.correspondences,
                          report.overlap, report.rms_m, report.is_predicted, report.doubt, report.fit,
                          report.surfaces, report.held});
+      has_intensity_ = has_intensity_ || !scan.intensity.empty();
+      observe_step(report);
       remember_loops();
       break;
     case Status::no_scan_capacity:
@@ -124,6 +131,54 @@ bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
     return false;
   }
   return true;
+}
+
+bool MapRun::read(std::size_t index, ScanPoints& scan) {
+  if (index >= read_ahead_.size()) return scans_.read(index, scan);
+  scan = std::move(read_ahead_[index]);
+  return true;
+}
+
+// Where only steps tell the velocity, the first scans would stay as they are, and all others be matched to
+// them. So these two are matched first, alone and in the same memory: skewed alike, they tell nearly the true
+// step, and deskewed by it a better one.
+void MapRun::begin_with_velocity() {
+  ScanPoints scan;
+  if (scans_.size() < 2 || !scans_.read(0, scan)) return;
+  read_ahead_.push_back(scan);
+  if (!deskew_.needs_first_step(scans_, scan)) return;
+  try {
+    if (!scans_.read(1, scan)) return;
+  } catch (const Error&) {
+    return;  // whoever maps it is told
+  }
+  read_ahead_.push_back(scan);
+  Status status = Status::ok;
+  for (int round = 0; round < 2; ++round) {
+    Mapper* const trial = Mapper::create(block_.bytes(), config_, status, nullptr, nullptr, nullptr);
+    bool is_matched = trial != nullptr;
+    for (std::size_t i = 0; i < 2 && is_matched; ++i) {
+      scan = read_ahead_[i];
+      (void)deskew_.deskew_uncounted(scan);  // not in the first round
+      ScanReport report;
+      status = trial->add_scan(scan.points, nullptr, report);
+      is_matched = (status == Status::ok || status == Status::no_voxel_capacity) && !report.is_predicted;
+    }
+    if (!is_matched) break;
+    deskew_.observe_first_step(scans_, read_ahead_[0], read_ahead_[1],
+                               trial->graph().edges().back().from_from_to);
+  }
+  mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_);
+}
+
+// For the velocity: the step as it was matched, before a loop bends it.
+void MapRun::observe_step(const ScanReport& report) {
+  if (report.scan == 0 || report.is_predicted) return;
+  const std::span<const Edge> edges = mapper_->graph().edges();
+  const auto step = std::find_if(edges.rbegin(), edges.rend(), [&report](const Edge& edge) {
+    return !edge.closes_loop && edge.to == report.scan;
+  });
+  if (step != edges.rend()) deskew_.observe_step(&step->from_from_to);
 }
 
 // The mapper tells of a loop once it is closed, and then the poses are bent already. What they were is known

@@ -18,6 +18,7 @@
 #include "offline/io/files/error.h"
 #include "offline/io/map_folder/file_archive.h"
 #include "offline/io/map_folder/trajectory.h"
+#include "offline/io/scans/scan_deskew.h"
 #include "offline/io/scans/scan_source.h"
 #include "offline/optimize/graph/loop_back_end.h"
 #include "steady_stage_clock.h"
@@ -30,9 +31,10 @@ struct MapRequest {
   MapperConfig config;
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
-  std::string loop_back_end = "elch";     ///< none: config.close_loops is taken for false
-  GraphRelaxation* relaxation = nullptr;  ///< instead of the back end's own; outlives the run
-  std::function<bool()> is_stopped;       ///< ends the survey for the fullest scan; may be empty
+  DeskewMode deskew = DeskewMode::automatic;      ///< of scans whose points have times
+  std::string loop_back_end = "elch";           ///< none: config.close_loops is taken for false
+  GraphRelaxation* relaxation = nullptr;          ///< instead of the back end's own; outlives the run
+  std::function<bool()> is_stopped;               ///< ends the survey for the fullest scan; may be empty
 };
 
 /// A scan that is in the map.
@@ -99,6 +101,11 @@ class MapRun {
   [[nodiscard]] double mapping_s() const { return mapping_s_; }      ///< in the mapper
   [[nodiscard]] double wall_s() const { return wall_s_; }            ///< of run()
 
+  /// What became of the motion within scans.
+  [[nodiscard]] const ScanDeskew& deskew() const { return deskew_; }
+  /// Some scan of the map has intensities.
+  [[nodiscard]] bool has_intensity() const { return has_intensity_; }
+
   /// The poses as they are now, a scan of the map each; stamps are the scans' numbers unless all have a time.
   [[nodiscard]] Trajectory trajectory() const;
   /// Where the same scans would stand if no loop had been closed: the matches of each scan with those before
@@ -114,7 +121,10 @@ class MapRun {
   [[nodiscard]] std::string name_in_source(std::uint32_t scan) const;
 
  private:
-  [[nodiscard]] bool add(std::size_t index, const std::vector<Point>& points);
+  [[nodiscard]] bool add(std::size_t index, const ScanPoints& scan);
+  void observe_step(const ScanReport& report);
+  void begin_with_velocity();
+  [[nodiscard]] bool read(std::size_t index, ScanPoints& scan);
   [[nodiscard]] Error capacity_problem(std::size_t index, Status status) const;
   void remember_loops();
 
@@ -133,6 +143,9 @@ class MapRun {
   std::vector<RefusedScan> refused_;
   std::vector<Pose> poses_before_;  ///< as they were before the latest loops were offered
   std::vector<Pose> first_from_last_before_;
+  ScanDeskew deskew_;
+  std::vector<ScanPoints> read_ahead_;  ///< the first scans, until they are mapped
+  bool has_intensity_ = false;
   std::uint32_t edges_seen_ = 0;
   std::uint32_t loops_closed_seen_ = 0;
   std::uint32_t archive_write_failures_ = 0;

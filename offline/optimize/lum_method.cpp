@@ -9,6 +9,7 @@
 
 #include "offline/io/files/error.h"
 #include "offline/io/scans/spooled_scan_source.h"
+#include "offline/optimize/lum/map_deskew.h"
 #include "offline/program/command.h"
 #include "offline/replay/drive_replay.h"
 #include "processes.h"
@@ -62,6 +63,13 @@ LumSettings settings_of(const LumOptions& options) {
   return settings;
 }
 
+/// Its mapper took the motion out of some scan.
+bool was_deskewed(const nlohmann::json& report) {
+  if (!report.is_object() || !report.contains("deskew") || !report["deskew"].is_object()) return false;
+  const nlohmann::json& deskew = report["deskew"];
+  return deskew.value("by_odometry", 0) > 0 || deskew.value("by_velocity", 0) > 0;
+}
+
 /// The scans of the map, any of them at any time. A drive is replayed as it was for the map.
 std::unique_ptr<ScanSource> open_scans_of(const MapGraph& map, const LumOptions& options,
                                           const fs::path& scratch) {
@@ -75,8 +83,12 @@ std::unique_ptr<ScanSource> open_scans_of(const MapGraph& map, const LumOptions&
     if (map.report.is_object() && map.report.contains(place)) {
       reading.scale = map.report[place].value("scale", 1.0);
       reading.format = map.report[place].value("format", "");
+      reading.scan_interval_s = map.report[place].value("scan_interval_s", 0.0);
     }
-    return open_scans(paths, reading);
+    std::unique_ptr<ScanSource> scans = open_scans(paths, reading);
+    if (!was_deskewed(map.report)) return scans;
+    const std::vector<std::size_t> index = scans_of_trajectory(map.trajectory, *scans);
+    return std::make_unique<MapDeskewedSource>(std::move(scans), map.trajectory, index);
   }
   DriveReplayOptions drive_options;
   if (was_replayed) {

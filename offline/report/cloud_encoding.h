@@ -6,7 +6,7 @@
 // each of x, y, z and scan is the difference to the point before it in the node (0 before the first), as
 // zigzag-coded 16 bit modulo 65536. A chunk is the eight byte planes of its nodes' points behind each other:
 // low bytes of x, high bytes of x, of y, of z, of the scan; about 3.4 bytes a point of a street once
-// deflated.
+// deflated. Where the map has intensities they are a ninth plane, as they are.
 //
 // More than 65536 scans: the scan is that of the trajectory divided by `scans_a_number`, rounded down.
 #pragma once
@@ -30,6 +30,7 @@ struct EncodedChunk {
 struct EncodedCloud {
   double step_m = 0;
   std::uint32_t scans_a_number = 1;
+  bool has_intensity = false;
   std::vector<CloudNode> nodes;  ///< as they are in the chunks; `first` counts their points
   std::vector<EncodedChunk> chunks;
   std::size_t points = 0;
@@ -42,6 +43,7 @@ struct EncodedCloud {
 /// Level by level until `budget_bytes` of text are used: the last level that does not fit whole is thinned
 /// out evenly, finer ones are left out. On all cores; the result does not depend on their number.
 [[nodiscard]] EncodedCloud encode_cloud(const CloudOctree& tree, std::size_t scan_count, double step_m,
-                                        std::size_t budget_bytes = std::numeric_limits<std::size_t>::max());
+                                        std::size_t budget_bytes = std::numeric_limits<std::size_t>::max(),
+                                        bool has_intensity = false);
 
 }  // namespace alces::offline

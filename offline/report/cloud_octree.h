@@ -23,6 +23,7 @@ namespace alces::offline {
 struct CloudPoint {
   Point position;          ///< map frame, metres
   std::uint32_t scan = 0;  ///< row of the trajectory
+  std::uint8_t intensity = 0;
 };
 
 struct CloudNode {

@@ -198,8 +198,9 @@ ReportSummary write_report(const std::filesystem::path& map_folder, const std::f
     budget_bytes = settings.limit_bytes - rest;
   }
   say("packing them");
-  const EncodedCloud cloud = encode_cloud(
-      tree, map.trajectory.size(), settings.full ? settings.full_step_m : settings.step_m, budget_bytes);
+  const EncodedCloud cloud =
+      encode_cloud(tree, map.trajectory.size(), settings.full ? settings.full_step_m : settings.step_m,
+                   budget_bytes, map.has_intensity);
   summary.points_shown = cloud.points;
   Json chunks = Json::array();
   for (const EncodedChunk& chunk : cloud.chunks) chunks.push_back({chunk.nodes, chunk.points});
@@ -208,6 +209,7 @@ ReportSummary write_report(const std::filesystem::path& map_folder, const std::f
                      {"step_m", cloud.step_m},
                      {"cells_a_side", CloudOctree::cells_a_side},
                      {"scans_a_number", cloud.scans_a_number},
+                     {"has_intensity", cloud.has_intensity},
                      {"points", summary.points},
                      {"points_shown", cloud.points},
                      {"points_left_out", summary.not_finite + summary.far_off},

@@ -143,21 +143,24 @@ void read_points(ReportMap& map, const fs::path& ply, std::uint64_t most_points)
   const double fraction =
       count <= most_points ? 2 : static_cast<double>(most_points) / static_cast<double>(count);
   std::uint64_t index = 0;
-  map.points_in_file =
-      stream_ply_scans(ply, [&](std::span<const Point> points, std::span<const std::uint32_t> scans) {
-        for (std::size_t i = 0; i < points.size(); ++i) {
-          const Point& p = points[i];
-          const std::uint32_t row = rows(scans[i]);
-          const bool is_kept = is_chosen(index++, fraction);
-          if (!is_finite(p)) {
-            ++map.not_finite;
-          } else if (const Eigen::Array3f at(p.x, p.y, p.z); (at < low).any() || (at > high).any()) {
-            ++map.far_off;
-          } else if (is_kept) {
-            map.points.push_back({p, row});
-          }
-        }
-      });
+  map.has_intensity = ply_has_intensity(ply);
+  map.points_in_file = stream_ply_pieces(ply, [&](const PlyPiece& piece) {
+    const auto& [points, scans, intensity] = piece;
+    if (scans.empty())
+      throw InputError(ply, "its points do not say which scan they come from; map the scans again");
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point& p = points[i];
+      const std::uint32_t row = rows(scans[i]);
+      const bool is_kept = is_chosen(index++, fraction);
+      if (!is_finite(p)) {
+        ++map.not_finite;
+      } else if (const Eigen::Array3f at(p.x, p.y, p.z); (at < low).any() || (at > high).any()) {
+        ++map.far_off;
+      } else if (is_kept) {
+        map.points.push_back({p, row, map.has_intensity ? intensity[i] : std::uint8_t{0}});
+      }
+    }
+  });
 }
 
 }  // namespace

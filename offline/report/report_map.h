@@ -28,6 +28,7 @@ struct ReportMap {
   std::optional<CounterHistory> counters;
   nlohmann::json run;  ///< run.json
   std::vector<CloudPoint> points;
+  bool has_intensity = false;
   std::uint64_t points_in_file = 0;
   std::uint64_t not_finite = 0;
   std::uint64_t far_off = 0;

@@ -26,7 +26,7 @@ constexpr std::size_t archive_index_bytes_per_scan = 24;
 std::size_t stored_bytes(const MapperConfig& mapper, std::size_t points) {
   const auto count = static_cast<std::uint32_t>(points);
   return StoredScanLayout::record_bytes(count, std::min(count, mapper.surface.sample_capacity),
-                                        Mapper::stored_channels);
+                                        Mapper::stored_channels(mapper));
 }
 
 std::string line(const char* what, std::size_t bytes, const std::string& remark) {

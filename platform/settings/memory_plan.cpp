@@ -32,7 +32,7 @@ std::size_t least_memory(const MapperConfig& config) {
 
 std::size_t largest_stored_scan(const MapperConfig& config) {
   return 8 * std::size_t{config.voxel.cell_capacity} + 16 * std::size_t{config.surface.sample_capacity} +
-         StoredScanLayout::record_bytes(0, 0, Mapper::stored_channels);
+         StoredScanLayout::record_bytes(0, 0, Mapper::stored_channels(config));
 }
 
 std::uint32_t scans_that_fit(const MapperConfig& config, std::size_t limit_bytes, bool has_archive) {

@@ -75,6 +75,12 @@ def clouds(folder):
          b'DATA binary_compressed\n' + struct.pack('<II', len(packed), len(numbers)) + packed)
     seed('ply', 'ascii', 'ply\nformat ascii 1.0\ncomment x\nelement vertex 2\nproperty double x\nproperty float y\n'
          'property uchar z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n1 2 3\n-1e3 5 255\n3 0 1 0\n')
+    seed('pcd', 'channels', b'VERSION .7\nFIELDS x y z intensity t\nSIZE 4 4 4 4 4\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\n'
+         b'POINTS 2\nDATA binary\n' + struct.pack('<ffffIffffI', 1, 2, 3, 40, 0, 4, 5, 6, 90, 99_000_000))
+    seed('csv', 'channels', 'x,y,z,Intensity,time [us]\n1,2,3,0.5,0\n4,5,6,1,99000\n')
+    seed('deskew', 'poses', bytes([8 * 3]) + bytes([1, 2, 3] * 3) + bytes([0] + [9] * 40))
+    seed('deskew', 'twist', bytes([1, 10, 0, 0, 0, 0, 2]) + bytes([0] + [7] * 40))
+    seed('deskew', 'any', bytes([2 + 8]) + bytes(range(250)))
     seed('ply', 'big_endian', b'ply\nformat binary_big_endian 1.0\nelement camera 1\nproperty list uchar short a\n'
          b'element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n'
          b'\x02\x00\x01\x00\x02' + struct.pack('>3f', 1, 2, 3))

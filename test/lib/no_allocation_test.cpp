@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "alces/deskew.h"
 #include "alces/mapper.h"
 #include "alces_platform/sim/drive.h"
 #include "support/allocation_trap.h"
@@ -28,6 +29,7 @@ constexpr MapperConfig config_with(SharingRule rule, IcpMetric metric) {
   config.scan_capacity = scans;
   config.loop_capacity = 32;
   config.pool_bytes = std::size_t{6} << 20;
+  config.keep_intensity = true;
   config.voxel.cell_capacity = 6144;
   config.sharing = rule;
   config.scan_match.metric = metric;
@@ -49,12 +51,14 @@ void map(const sim::Drive& drive, SharingRule rule, IcpMetric metric) {
   expect(mapper != nullptr, "the mapper is made in its static block");
   if (mapper == nullptr) return;
   std::vector<Point> points;
+  std::vector<std::uint8_t> intensity;
   unsigned refused = 0;
   for (std::uint32_t i = 0; i < scans; ++i) {
     drive.points(i, points);
+    intensity.assign(points.size(), static_cast<std::uint8_t>(i));
     ScanReport report;
     is_armed = true;
-    const Status added = mapper->add_scan(points, &drive.odometry(i), report);
+    const Status added = mapper->add_scan(points, &drive.odometry(i), report, nullptr, intensity);
     is_armed = false;
     if (added != Status::ok && added != Status::no_voxel_capacity) ++refused;
   }
@@ -73,6 +77,29 @@ void map(const sim::Drive& drive, SharingRule rule, IcpMetric metric) {
   expect(allocations == 0, "nothing was allocated");
 }
 
+constexpr DeskewConfig deskew_config{.pose_capacity = 16};
+alignas(Arena::alignment) std::byte deskew_block[4096];
+
+void deskew() {
+  std::vector<Point> points(1000, Point{1, 2, 3});
+  std::vector<float> time_s(1000);
+  for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = 1e-4F * static_cast<float>(i);
+  const GyroSample samples[] = {{0, {0, 0, 1}}, {0.05, {0, 0, 1.2}}, {0.1, {0, 0, 1.4}}};
+  is_armed = true;
+  Arena arena(deskew_block);
+  Deskew deskew(arena, deskew_config);
+  bool is_done = !arena.overflowed();
+  for (int i = 0; i < 10; ++i)
+    is_done = is_done &&
+              deskew.add_pose(0.02 * i, {exp_so3({0, 0, 0.01 * i}), {0.1 * i, 0, 0}}) == DeskewStatus::ok;
+  is_done = is_done && deskew.apply(points, time_s, 0) == DeskewStatus::ok;
+  is_done = is_done && deskew.set_gyro(samples, {1, 0, 0}) == DeskewStatus::ok;
+  is_done = is_done && deskew.apply(points, time_s, 0) == DeskewStatus::ok;
+  is_armed = false;
+  expect(is_done, "a scan is deskewed, by poses and by a gyro");
+  expect(allocations == 0, "nothing was allocated");
+}
+
 }  // namespace
 
 int main() {
@@ -84,5 +111,6 @@ int main() {
   const sim::Drive drive = sim::drive(settings);
   map(drive, SharingRule::trails, IcpMetric::surface);
   map(drive, SharingRule::paper, IcpMetric::point_to_point);
+  deskew();
   return failures == 0 ? 0 : 1;
 }

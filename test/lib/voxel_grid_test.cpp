@@ -443,3 +443,33 @@ TEST_CASE("equal points in one place make one cell") {
     CHECK(reduced.points[0].x == Approx(1.5F).epsilon(1e-5));
   }
 }
+
+TEST_CASE("the point that stands for a cell is told, so that what belongs to it goes with it") {
+  Random random(5);
+  std::vector<Point> points;
+  for (int i = 0; i < 3000; ++i) {
+    const auto along = [&random] { return static_cast<float>(random.uniform(-4, 4)); };
+    points.push_back({along(), along(), along()});
+  }
+  for (const CellRepresentative representative :
+       {CellRepresentative::measured, CellRepresentative::centroid}) {
+    VoxelGridConfig config;
+    config.cell_size_m = 0.5F;
+    config.representative = representative;
+    InBlock<VoxelGrid> grid(config);
+    const Reduced reduced = reduce(*grid, points, config.cell_capacity);
+    REQUIRE(reduced.points.size() > 100);
+    std::set<std::uint32_t> chosen;
+    for (std::uint32_t i = 0; i < reduced.points.size(); ++i) {
+      const std::uint32_t which = grid->chosen(i);
+      REQUIRE(which < points.size());
+      chosen.insert(which);
+      const Point& a = points[which];
+      const Point& b = reduced.points[i];
+      if (representative == CellRepresentative::measured) CHECK(std::memcmp(&a, &b, sizeof(Point)) == 0);
+      for (const auto& [of_point, of_cell] : {std::pair(a.x, b.x), std::pair(a.y, b.y), std::pair(a.z, b.z)})
+        CHECK(std::floor(of_point / 0.5F) == std::floor(of_cell / 0.5F));
+    }
+    CHECK(chosen.size() == reduced.points.size());
+  }
+}

@@ -55,9 +55,9 @@ MapConversionReport convert(const fs::path& in, const fs::path& out) {
 }
 
 std::vector<Point> points_of(const fs::path& file) {
-  std::vector<Point> points;
-  open_scans(file)->read(0, points);
-  return points;
+  ScanPoints scan;
+  open_scans(file)->read(0, scan);
+  return scan.points;
 }
 
 void check_same(const std::vector<Point>& a, const std::vector<Point>& b, double tolerance_m) {
@@ -97,6 +97,34 @@ TEST_CASE("a map becomes every form of cloud, and each reads back as the map's p
     check_same(points_of(folder / name), truth, name == std::string("a.las") ? 1e-4 : 4e-5);
     CHECK_FALSE(fs::exists(folder / (std::string(name) + ".part")));
   }
+}
+
+TEST_CASE("intensities of a map go into every form of cloud, and read back") {
+  const TemporaryFolder folder;
+  const fs::path map = write_map(folder, true);
+  const std::vector<std::uint8_t> shine = {1, 130, 255};
+  REQUIRE(shine.size() == cloud.size());
+  {
+    PlyMapWriter ply(map / "map.ply", PlyMapWriter::Attribute::scan_and_intensity);
+    for (std::size_t scan : {3U, 7U}) ply.add(cloud, pose_of(scan), static_cast<std::uint32_t>(scan), shine);
+    ply.finish();
+  }
+  for (const char* name : {"a.ply", "a.pcd", "a.las", "a.csv", "a.bin"}) {
+    CAPTURE(name);
+    convert(map, folder / name);
+    ScanPoints scan;
+    const auto source = open_scans(folder / name);
+    REQUIRE(source->read(0, scan));
+    CHECK(source->has_intensity());
+    REQUIRE(scan.intensity.size() == 6);
+    for (std::size_t i = 0; i < 6; ++i) CHECK(scan.intensity[i] == shine[i % 3]);
+  }
+  CHECK(convert(map, folder / "first.ply").points == 6);
+  CHECK(convert(folder / "first.ply", folder / "second.pcd").points == 6);  // streamed
+  ScanPoints again;
+  open_scans(folder / "second.pcd")->read(0, again);
+  REQUIRE(again.intensity.size() == 6);
+  CHECK(again.intensity[4] == shine[1]);
 }
 
 TEST_CASE("one cloud goes through every form without a change") {
@@ -146,8 +174,9 @@ TEST_CASE("a LAS cloud in a national grid comes nearer by whole kilometres, and 
   for (const std::size_t bound : {179U, 187U})
     bytes = with_number_at(bytes, bound, number_at<double>(bytes, bound) + 548'000);
   const auto source = open_scans(folder.write("far.las", bytes));
-  std::vector<Point> points;
-  source->read(0, points);
+  ScanPoints scan;
+  source->read(0, scan);
+  const std::vector<Point>& points = scan.points;
   REQUIRE(source->warnings().size() == 1);
   CHECK_THAT(source->warnings()[0], Contains("548000") || Contains("547000"));
   for (std::size_t i = 0; i < points.size(); ++i) {

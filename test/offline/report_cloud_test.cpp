@@ -5,6 +5,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
@@ -30,6 +31,7 @@ std::vector<CloudPoint> street(std::size_t count, std::uint32_t scans) {
     const double wall_y = 20 * std::round(y / 20) + uniform(-0.02, 0.02);
     point.position = {static_cast<float>(x), static_cast<float>(is_wall ? wall_y : y),
                       static_cast<float>(is_wall ? uniform(0, 12) : uniform(-0.03, 0.03))};
+    point.intensity = static_cast<std::uint8_t>(random() >> 24);
     point.scan = std::min(static_cast<std::uint32_t>((x + 40) / 200 * scans), scans - 1);
   }
   return points;
@@ -68,6 +70,7 @@ struct Decoded {
   Eigen::Vector3d position_m;
   std::uint32_t scan = 0;
   double step_m = 0;
+  std::uint8_t intensity = 0;
 };
 
 /// As cloud_encoding.h describes it, plainly.
@@ -75,7 +78,8 @@ std::vector<Decoded> decode(const CloudOctree& tree, const EncodedCloud& cloud) 
   std::vector<Decoded> points;
   std::size_t next_node = 0;
   for (const EncodedChunk& chunk : cloud.chunks) {
-    const std::vector<std::uint8_t> bytes = inflated(chunk.text, 8 * chunk.points);
+    const std::vector<std::uint8_t> bytes =
+        inflated(chunk.text, (cloud.has_intensity ? 9 : 8) * chunk.points);
     std::size_t at = 0;
     for (std::size_t n = 0; n < chunk.nodes; ++n, ++next_node) {
       const CloudNode& node = cloud.nodes.at(next_node);
@@ -88,7 +92,8 @@ std::vector<Decoded> decode(const CloudOctree& tree, const EncodedCloud& cloud) 
           values.at(k) = static_cast<std::uint16_t>(values.at(k) + difference);
         }
         const Eigen::Vector3d steps(values[0], values[1], values[2]);
-        points.push_back({tree.origin_m_of(node) + step_m * steps, values[3], step_m});
+        const std::uint8_t intensity = cloud.has_intensity ? bytes[8 * chunk.points + at] : std::uint8_t{0};
+        points.push_back({tree.origin_m_of(node) + step_m * steps, values[3], step_m, intensity});
       }
     }
     REQUIRE(at == chunk.points);
@@ -160,10 +165,11 @@ TEST_CASE("the first level takes at most one point a cell of its grid, and one f
   CHECK(std::abs(static_cast<double>(taken.size()) - static_cast<double>(occupied.size())) <= 3);
 }
 
-TEST_CASE("decoded points are within half a step an axis, and keep their scans") {
+TEST_CASE("decoded points are within half a step an axis, and keep their scans and intensities") {
   const CloudOctree tree = build_cloud_octree(street(60'000, 900));
   for (const double step_m : {0.001, 0.005}) {
-    const EncodedCloud cloud = encode_cloud(tree, 900, step_m);
+    constexpr std::size_t no_limit = std::numeric_limits<std::size_t>::max();
+    const EncodedCloud cloud = encode_cloud(tree, 900, step_m, no_limit, true);
     REQUIRE(cloud.points == tree.points.size());
     const std::vector<Decoded> decoded = decode(tree, cloud);
     REQUIRE(decoded.size() == tree.points.size());
@@ -179,6 +185,7 @@ TEST_CASE("decoded points are within half a step an axis, and keep their scans")
         const Decoded& d = decoded[begin + i];
         const Point& p = original[i].position;
         REQUIRE(d.scan == original[i].scan);
+        REQUIRE(d.intensity == original[i].intensity);
         const Eigen::Vector3d error = d.position_m - Eigen::Vector3f(p.x, p.y, p.z).cast<double>();
         worst_steps = std::max(worst_steps, error.cwiseAbs().maxCoeff() / d.step_m);
         REQUIRE(d.step_m <= std::max(step_m, tree.side_m / 65535));

@@ -145,6 +145,10 @@ try {
     assert.equal(await page.locator('#undo-state').textContent(), 'not closed')
     assert.notEqual((await drawn()).sum, colored.sum)
     await page.keyboard.press('End')
+    await page.locator('#color-mode [data-value=intensity]').click()
+    assert.notEqual((await drawn()).sum, colored.sum)
+    assert.equal(await page.locator('#legend-title').textContent(), 'intensity')
+    await page.locator('#color-mode [data-value=correction]').click()
   })
 
   await check('Tab reaches the parts in the order they are read', async () => {

@@ -78,7 +78,7 @@ export function makeMap(folder) {
     'time_s,gps.fixes,motor.heartbeats,motor.emcys\n' + samples.map((s) => `${s}.000,${Math.floor(s / 2)},${9 * s},${s > 33 ? 1 : 0}`).join('\n') + '\n',
   )
   // The house's walls, the ground and a fence, as each scan sees them.
-  const bytes = Buffer.alloc(16 * scans * pointsAScan)
+  const bytes = Buffer.alloc(17 * scans * pointsAScan)
   let at = 0
   for (const scan of rows) {
     const here = place(scan)
@@ -101,11 +101,12 @@ export function makeMap(folder) {
       }
       for (const value of [x, y, z - 0.8]) at = bytes.writeFloatLE(value + 0.01 * (random() - 0.5), at)
       at = bytes.writeUInt32LE(scan + 1, at)
+      at = bytes.writeUInt8(kind < 0.45 ? 160 + 15 * Math.floor(z) : 30, at) // walls are brighter, the higher the more
     }
   }
   const header =
     `ply\nformat binary_little_endian 1.0\nelement vertex ${scans * pointsAScan}\n` +
-    'property float x\nproperty float y\nproperty float z\nproperty uint scan\nend_header\n'
+    'property float x\nproperty float y\nproperty float z\nproperty uint scan\nproperty uchar intensity\nend_header\n'
   writeFileSync(join(folder, 'map.ply'), Buffer.concat([Buffer.from(header), bytes]))
   return { scans, points: scans * pointsAScan, loops: run.loops.length }
 }

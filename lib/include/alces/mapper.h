@@ -84,7 +84,8 @@ struct MapperConfig {
   std::size_t pool_bytes = std::size_t{32} << 20;
   std::uint32_t cache_slots = 16;
 
-  VoxelGridConfig voxel;  ///< cell_capacity is also the most points that a stored scan has
+  VoxelGridConfig voxel;        ///< cell_capacity is also the most points that a stored scan has
+  bool keep_intensity = false;  ///< of scans that bring it: a byte a point stored
   SurfaceConfig surface;
 
   /// Residuals that count little begin early, and pairs are near: what is paired wrongly on the ground is a
@@ -217,7 +218,9 @@ class StageClock {
 class Mapper {
  public:
   /// What its stored scans hold beside points and samples.
-  static constexpr ChannelCapacity stored_channels{false, false, ScanSignature::stored_bytes};
+  [[nodiscard]] static constexpr ChannelCapacity stored_channels(const MapperConfig& config) {
+    return {config.keep_intensity, false, ScanSignature::stored_bytes};
+  }
 
   /// Bytes that create() needs for this configuration; constexpr, so that it can size a static array.
   [[nodiscard]] static constexpr std::size_t memory_required(const MapperConfig& config);
@@ -234,14 +237,16 @@ class Mapper {
 
   /// Appends a scan: points in the body frame, metres, at its reference time; odometry in any fixed frame, or
   /// null to assume constant velocity. `gps_position_m`, or null: in any metric frame, used to detect loops
-  /// only; one that is not finite is left out and counted. When the status is not ok (empty_scan; bad_pose,
-  /// also of a prediction farther than farthest_place_m; a capacity; an archive that fails) the scan was not
-  /// added and the map so far stays whole; no_voxel_capacity: it was added, thinned out coarser
+  /// only; one that is not finite is left out and counted. `intensity`: empty, or of each point; kept with
+  /// the points that stay if config.keep_intensity. When the status is not ok (empty_scan; bad_pose, also of
+  /// a prediction farther than farthest_place_m; bad_channel; a capacity; an archive that fails) the scan was
+  /// not added and the map so far stays whole; no_voxel_capacity: it was added, thinned out coarser
   /// (report.points.cell_size_m). Cost: O(p log p) for p points, and scan_match's bound on iterations x
   /// samples searches; when a loop is closed also loop_match's, at most candidates x (2 turn_steps + 5)
   /// times, and O(scans) to share out.
   [[nodiscard]] Status add_scan(std::span<const Point> points, const Pose* odometry_from_body,
-                                ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr);
+                                ScanReport& report, const Eigen::Vector3d* gps_position_m = nullptr,
+                                std::span<const std::uint8_t> intensity = {});
 
   /// The drive ends: closes the loop of an approach that still goes on. True: `loop` says what came of it,
   /// and `times`, unless null, what it took.
@@ -322,7 +327,7 @@ class Mapper {
   [[nodiscard]] Status refuse(Status status);
   [[nodiscard]] Status predict(const Pose* odometry_from_body, MotionPrior::Prediction& prediction) const;
   [[nodiscard]] Status reduce(std::span<const Point> points, ScanReport& report);
-  [[nodiscard]] Status store(ScanReport& report);
+  [[nodiscard]] Status store(std::span<const std::uint8_t> intensity, ScanReport& report);
   void place(const MotionPrior::Prediction& prediction, const Pose* odometry_from_body, ScanReport& report);
   [[nodiscard]] Step match_step(std::uint32_t n, const MotionPrior::Prediction& prediction,
                                 ScanReport& report);
@@ -374,6 +379,7 @@ class Mapper {
   MapperConfig config_;
   VoxelGrid voxel_grid_;
   std::span<Point> reduced_;
+  std::span<std::uint8_t> reduced_intensity_;  // empty: none is kept
   ScanStore store_;
   Icp icp_;
   StartSearch start_search_;
@@ -439,8 +445,10 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
     : config_(config),
       voxel_grid_(arena, config.voxel),
       reduced_(arena.allocate<Point>(config.voxel.cell_capacity)),
+      reduced_intensity_(
+          arena.allocate<std::uint8_t>(config.keep_intensity ? config.voxel.cell_capacity : 0)),
       store_(arena, {config.scan_capacity, config.voxel.cell_capacity, config.pool_bytes, config.cache_slots,
-                     config.surface, stored_channels}),
+                     config.surface, stored_channels(config)}),
       icp_(arena, config.correspondence_capacity),
       start_search_(arena),
       free_space_(arena),

@@ -61,13 +61,17 @@ class VoxelGrid {
   [[nodiscard]] Status reduce(std::span<const Point> points, std::span<Point> reduced,
                               VoxelGridCounts& counts);
 
+  /// Which of the points stands for cell `i` of the last reduce(), so that its intensity goes with it: the
+  /// measured point itself; for the other representatives the cell's first point. i < counts.kept.
+  [[nodiscard]] std::uint32_t chosen(std::uint32_t i) const { return cells_[order_[i]].best; }
+
  private:
   struct Cell {
     std::int64_t key;  // packed cell coordinates; `free_key` if unused
     float sum_x, sum_y, sum_z;
     std::uint32_t count;
     float best_squared_m2;  // of the measured point nearest the centroid so far
-    std::uint32_t best;     // its index
+    std::uint32_t best;     // its index; at first, of the cell's first point
   };
 
   static constexpr std::uint32_t slots_for(std::uint32_t capacity) {

@@ -48,15 +48,16 @@ bool Mapper::load_metascan(std::uint32_t begin, std::uint32_t end, const Pose& m
 
 // In the order of the paper's Figure 1.
 Status Mapper::add_scan(std::span<const Point> points, const Pose* odometry_from_body, ScanReport& report,
-                        const Eigen::Vector3d* gps_position_m) {
+                        const Eigen::Vector3d* gps_position_m, std::span<const std::uint8_t> intensity) {
   report = ScanReport{};
   report.scan = scan_count();
+  if (!intensity.empty() && intensity.size() != points.size()) return refuse(Status::bad_channel);
   MotionPrior::Prediction prediction;
   const Status predicted = predict(odometry_from_body, prediction);
   if (predicted != Status::ok) return refuse(predicted);
   const Status reduced = reduce(points, report);
   if (report.points.kept == 0) return refuse(reduced);
-  const Status stored = store(report);
+  const Status stored = store(intensity, report);
   if (stored != Status::ok) return refuse(stored);
   place(prediction, odometry_from_body, report);
   if (config_.close_loops) look_for_loop(report.scan, gps_position_m, report);
@@ -90,7 +91,7 @@ Status Mapper::reduce(std::span<const Point> points, ScanReport& report) {
   return reduced;
 }
 
-Status Mapper::store(ScanReport& report) {
+Status Mapper::store(std::span<const std::uint8_t> intensity, ScanReport& report) {
   const std::uint64_t begin_ns = now_ns();
   const std::span<const Point> kept = reduced_.first(report.points.kept);
   std::array<std::byte, ScanSignature::stored_bytes> signature;
@@ -98,6 +99,11 @@ Status Mapper::store(ScanReport& report) {
   ScanChannels channels;
   channels.signature = signature;
   channels.signature_version = ScanSignature::version;
+  if (!intensity.empty() && !reduced_intensity_.empty()) {
+    const std::span<std::uint8_t> of_kept = reduced_intensity_.first(kept.size());
+    for (std::uint32_t i = 0; i < of_kept.size(); ++i) of_kept[i] = intensity[voxel_grid_.chosen(i)];
+    channels.intensity = of_kept;
+  }
   const Status stored = store_.add(kept, report.points.cell_size_m, channels);
   report.times.store_ns = now_ns() - begin_ns;
   return stored;

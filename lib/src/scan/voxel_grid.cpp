@@ -56,7 +56,8 @@ bool VoxelGrid::sum_up(std::span<const Point> points, const RangeLimits& limits,
   counts.points = static_cast<std::uint32_t>(points.size());
   counts.cell_size_m = cell_size_m;
   const float cells_per_m = 1.0F / cell_size_m;
-  for (const Point& point : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& point = points[i];
     const float range_m2 = squared_range(point);
     if (!(range_m2 <= limits.far_m2)) {  // also NaN, and what overflows when squared
       ++(is_finite(point) ? counts.too_far : counts.not_finite);
@@ -78,7 +79,7 @@ bool VoxelGrid::sum_up(std::span<const Point> points, const RangeLimits& limits,
     }
     Cell& cell = cells_[slot];
     if (cell.key == free_key) {
-      cell = Cell{key, 0, 0, 0, 0, std::numeric_limits<float>::max(), 0};
+      cell = Cell{key, 0, 0, 0, 0, std::numeric_limits<float>::max(), static_cast<std::uint32_t>(i)};
       order_[used_++] = slot;
     } else {
       ++counts.merged;

@@ -26,15 +26,25 @@ namespace fs = std::filesystem;
 
 void write_points(const fs::path& file, MapRun& run) {
   Mapper& mapper = run.mapper();
-  PlyMapWriter writer(file);
-  std::vector<Point> points(mapper.config().voxel.cell_capacity);
+  PlyMapWriter writer(file, run.has_intensity() ? PlyMapWriter::Attribute::scan_and_intensity
+                                                : PlyMapWriter::Attribute::scan);
+  std::vector<Point> points;
+  std::vector<std::uint8_t> intensity;
   for (std::uint32_t scan = 0; scan < mapper.scan_count(); ++scan) {
-    std::uint32_t count = 0;
-    if (const Status status = mapper.read_scan(scan, points, count); status != Status::ok)
+    std::span<const std::byte> record;
+    if (const Status status = mapper.read_record(scan, record); status != Status::ok)
       fail_to_bring_back(file, run, scan, status);
+    StoredScanView view;
+    if (StoredScanView::parse(record, view) != StoredScanFault::none)
+      fail_to_bring_back(file, run, scan, Status::archive_read_failed);
+    points.clear();
+    intensity.clear();
+    for (std::uint32_t i = 0; i < view.point_count(); ++i) {
+      points.push_back(view.point(i));
+      if (view.has_intensity()) intensity.push_back(view.intensity(i));
+    }
     const std::size_t number = run.source().number(run.mapped()[scan].source_index);
-    writer.add(std::span(points).first(count), mapper.graph().poses()[scan],
-               static_cast<std::uint32_t>(number));
+    writer.add(points, mapper.graph().poses()[scan], static_cast<std::uint32_t>(number), intensity);
   }
   writer.finish();
 }

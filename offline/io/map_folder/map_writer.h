@@ -30,11 +30,11 @@ void write_g2o(const std::filesystem::path& file, const PoseGraph& graph);
 using Rgb = std::array<std::uint8_t, 3>;
 
 /// A point cloud as binary little-endian PLY, written as the points come: any number of them in 1 MiB of
-/// buffer. Each vertex is float x y z, then uint scan or uchar red green blue. The count is patched in by
-/// finish(); without finish() nothing is left behind.
+/// buffer. Each vertex is float x y z, then uint scan, uint scan and uchar intensity, or uchar red green
+/// blue. The count is patched in by finish(); without finish() nothing is left behind.
 class PlyMapWriter {
  public:
-  enum class Attribute { scan, color };
+  enum class Attribute { scan, scan_and_intensity, color };
 
   explicit PlyMapWriter(const std::filesystem::path& file, Attribute attribute = Attribute::scan);
   PlyMapWriter(PlyMapWriter&&) noexcept;
@@ -42,7 +42,9 @@ class PlyMapWriter {
   ~PlyMapWriter();
 
   /// Points of the body frame of scan number `scan`. Points that are not finite are counted, not written.
-  void add(std::span<const Point> points, const Pose& map_from_body, std::uint32_t scan);
+  /// `intensity`: as many as points, or none, which is written as 0.
+  void add(std::span<const Point> points, const Pose& map_from_body, std::uint32_t scan,
+           std::span<const std::uint8_t> intensity = {});
   /// As many colours as points.
   void add(std::span<const Point> points, const Pose& map_from_body, std::span<const Rgb> colors);
   void add(std::span<const Point> points, const Pose& map_from_body, const Rgb& color);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
 #include <cassert>
 #include <cstring>
@@ -34,9 +35,12 @@ struct PlyMapWriter::Impl {
         "element vertex ";
     count_position = header.size();
     header += vertex_count_text(0) + "\nproperty float x\nproperty float y\nproperty float z\n";
-    header += attribute == Attribute::scan
-                  ? "property uint scan\n"
-                  : "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    if (attribute == Attribute::color) {
+      header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    } else {
+      header += "property uint scan\n";
+      if (attribute == Attribute::scan_and_intensity) header += "property uchar intensity\n";
+    }
     output.write(header + "end_header\n");
   }
 
@@ -76,8 +80,17 @@ PlyMapWriter::PlyMapWriter(PlyMapWriter&&) noexcept = default;
 PlyMapWriter& PlyMapWriter::operator=(PlyMapWriter&&) noexcept = default;
 PlyMapWriter::~PlyMapWriter() = default;
 
-void PlyMapWriter::add(std::span<const Point> points, const Pose& map_from_body, std::uint32_t scan) {
-  assert(impl_->attribute == Attribute::scan);
+void PlyMapWriter::add(std::span<const Point> points, const Pose& map_from_body, std::uint32_t scan,
+                       std::span<const std::uint8_t> intensity) {
+  assert(impl_->attribute != Attribute::color && (intensity.empty() || intensity.size() == points.size()));
+  if (impl_->attribute == Attribute::scan_and_intensity) {
+    std::array<char, sizeof(scan) + 1> tail{};
+    std::memcpy(tail.data(), &scan, sizeof(scan));
+    return impl_->add<sizeof(scan) + 1>(points, map_from_body, [&](std::size_t i) {
+      tail.back() = intensity.empty() ? '\0' : std::bit_cast<char>(intensity[i]);
+      return tail.data();
+    });
+  }
   impl_->add<sizeof(scan)>(points, map_from_body, [&](std::size_t) { return &scan; });
 }
 

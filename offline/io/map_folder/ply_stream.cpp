@@ -27,6 +27,7 @@ struct Vertices {
   std::size_t bytes = 0;  ///< of one
   std::array<VertexField, 3> xyz;
   std::optional<VertexField> scan;
+  std::optional<VertexField> intensity;
 };
 
 // Leaves the stream where the vertices begin.
@@ -52,6 +53,8 @@ Vertices find_vertices(const std::filesystem::path& file, std::istream& stream) 
       found.at(axis) = true;
     }
     if (property.name == "scan") vertices.scan = VertexField{vertices.bytes, property.type};
+    if (property.name == "intensity" && property.type == NumberType::u8)
+      vertices.intensity = VertexField{vertices.bytes, property.type};
     vertices.bytes += size_of(property.type);
   }
   if (!found[0] || !found[1] || !found[2]) throw InputError(file, "its vertices have no x, y and z");
@@ -97,38 +100,46 @@ void read_points(const Vertices& vertices, const char* bytes, std::vector<Point>
 
 std::uint64_t stream_ply(const std::filesystem::path& file,
                          const std::function<void(std::span<const Point>)>& take) {
-  std::ifstream stream = open_ply(file);
-  const Vertices vertices = find_vertices(file, stream);
-  std::vector<Point> points;
-  stream_pieces(file, stream, vertices, [&](const char* bytes, std::size_t count) {
-    points.resize(count);
-    read_points(vertices, bytes, points);
-    take(points);
-  });
-  return vertices.count;
+  return stream_ply_pieces(file, [&take](const PlyPiece& piece) { take(piece.points); });
 }
 
 std::uint64_t stream_ply_scans(
     const std::filesystem::path& file,
     const std::function<void(std::span<const Point>, std::span<const std::uint32_t>)>& take) {
+  return stream_ply_pieces(file, [&](const PlyPiece& piece) {
+    if (piece.scans.empty())
+      throw InputError(file, "its points do not say which scan they come from; map the scans again");
+    take(piece.points, piece.scans);
+  });
+}
+
+std::uint64_t stream_ply_pieces(const std::filesystem::path& file,
+                                const std::function<void(const PlyPiece&)>& take) {
   std::ifstream stream = open_ply(file);
   const Vertices vertices = find_vertices(file, stream);
-  if (!vertices.scan)
-    throw InputError(file, "its points do not say which scan they come from; map the scans again");
   std::vector<Point> points;
   std::vector<std::uint32_t> scans;
+  std::vector<std::uint8_t> intensity;
   stream_pieces(file, stream, vertices, [&](const char* bytes, std::size_t count) {
     points.resize(count);
     read_points(vertices, bytes, points);
-    scans.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
+    scans.resize(vertices.scan ? count : 0);
+    for (std::size_t i = 0; i < scans.size(); ++i) {
       const char* at = bytes + i * vertices.bytes + vertices.scan->offset;
       scans[i] = static_cast<std::uint32_t>(
           std::clamp(load_number(at, vertices.scan->type, vertices.order), 0.0, 4294967295.0));
     }
-    take(points, scans);
+    intensity.resize(vertices.intensity ? count : 0);
+    for (std::size_t i = 0; i < intensity.size(); ++i)
+      intensity[i] = static_cast<std::uint8_t>(bytes[i * vertices.bytes + vertices.intensity->offset]);
+    take({points, scans, intensity});
   });
   return vertices.count;
+}
+
+bool ply_has_intensity(const std::filesystem::path& file) {
+  std::ifstream stream = open_ply(file);
+  return find_vertices(file, stream).intensity.has_value();
 }
 
 std::uint64_t ply_vertex_count(const std::filesystem::path& file) {

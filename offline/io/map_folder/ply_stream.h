@@ -21,6 +21,18 @@ std::uint64_t stream_ply_scans(
     const std::filesystem::path& file,
     const std::function<void(std::span<const Point>, std::span<const std::uint32_t>)>& take);
 
+/// Points with what else the file has of them; an empty span: it has not.
+struct PlyPiece {
+  std::span<const Point> points;
+  std::span<const std::uint32_t> scans;     ///< property "scan"
+  std::span<const std::uint8_t> intensity;  ///< property "intensity", of bytes
+};
+std::uint64_t stream_ply_pieces(const std::filesystem::path& file,
+                                const std::function<void(const PlyPiece&)>& take);
+
+/// Whether its vertices have a property "intensity" of bytes; InputError.
+[[nodiscard]] bool ply_has_intensity(const std::filesystem::path& file);
+
 /// As the header says it; InputError.
 [[nodiscard]] std::uint64_t ply_vertex_count(const std::filesystem::path& file);
 

@@ -147,6 +147,8 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   json["source"].update(program.source);
   json["source"]["odometry"] = odometry(run);
   json["origin_m"] = run.source().origin_m();
+  json["source"]["channels"] = run.source().channels();
+  json["deskew"] = run.deskew().json();
   json["front_end"] = program.front_end;
   json["loop_optimizer"] = run.loop_back_end();
   json["settings"] = to_json(run.mapper().config());
@@ -205,6 +207,8 @@ std::string run_summary(const MapRun& run, const Json& report) {
                    run.mapper().scan_count(), run.source().size(), run.length_m(), run_s,
                    static_cast<double>(run.mapper().scan_count()) / std::max(run_s, 1e-9)));
   line(run.source().description());
+  for (const std::string& clause : {run.source().channels(), run.deskew().text()})
+    if (!clause.empty()) line(clause);
   line(fmt::format("loops: {} closed, {} refused", counters.loops_closed,
                    counters.loops_offered - counters.loops_closed));
   for (const LoopReport& loop : run.mapper().loops()) {

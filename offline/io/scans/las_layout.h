@@ -15,6 +15,9 @@ inline constexpr std::uint16_t global_encoding_wkt = 1U << 4;
 
 /// Least bytes of a record of each point format.
 inline constexpr std::array<std::uint16_t, 11> record_bytes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
+/// Where the GPS time begins in records of each point format; 0: there is none.
+inline constexpr std::array<std::uint16_t, 11> gps_time_at = {0, 20, 0, 20, 20, 20, 22, 22, 22, 22, 22};
+inline constexpr std::size_t intensity_at = 12;  ///< of every format
 /// Set in the format byte by LASzip.
 inline constexpr std::uint8_t compressed_flag = 0x80;
 

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "offline/io/files/error.h"
@@ -114,7 +115,7 @@ std::optional<Columns> columns_named(const std::vector<std::string_view>& cells)
 /// Reads line by line; what stands above the first point decides what the columns are.
 class CsvReader {
  public:
-  CsvReader(const ScanBytes& scan, std::vector<Point>& points) : scan_(scan), points_(points) {}
+  CsvReader(const ScanBytes& scan, ScanPoints& out) : scan_(scan), out_(out), points_(out.points) {}
 
   void read() {
     std::string_view bytes = without_byte_order_mark(scan_.bytes);
@@ -139,6 +140,7 @@ class CsvReader {
       scan_.warnings.push_back(fmt::format("{}: its count promises {} points, {} are there",
                                            scan_.file.string(), *promised_, points_.size()));
     }
+    hand_over_channels(scan_, raw_, out_);
   }
 
  private:
@@ -173,6 +175,7 @@ class CsvReader {
     split(text, separator_of(text), cells_);
     if (const auto columns = columns_named(cells_)) {
       columns_ = *columns;
+      find_channel_columns();
       named_ = 0;  // prose may stand between the names: their number proves nothing
     }
   }
@@ -186,8 +189,25 @@ class CsvReader {
                                    fmt::format("{}", fmt::join(cells_, " "))));
     }
     columns_ = *columns;
+    find_channel_columns();
     named_ = cells_.size();
     has_header_ = true;
+  }
+
+  void find_channel_columns() {
+    channels_ = find_channels(cells_);
+    raw_ = {};
+    if (channels_.time < cells_.size()) raw_.time.name = cells_[channels_.time];
+    if (channels_.intensity < cells_.size()) raw_.intensity.name = cells_[channels_.intensity];
+  }
+
+  /// NaN where it is missing or no number.
+  [[nodiscard]] double number_in(std::size_t column) const {
+    double value = std::numeric_limits<double>::quiet_NaN();
+    if (column >= cells_.size() || cells_[column].empty()) return value;
+    const char* const next = parse_number(cells_[column].data(), end_of(cells_[column]), value);
+    const bool is_whole = next == cells_[column].data() + cells_[column].size();
+    return is_whole ? value : std::numeric_limits<double>::quiet_NaN();
   }
 
   void take_point(std::string_view text) {
@@ -212,6 +232,8 @@ class CsvReader {
       }
     }
     points_.push_back(scan_.reading.point(xyz[0], xyz[1], xyz[2]));
+    if (!raw_.time.name.empty()) raw_.time.values.push_back(number_in(channels_.time));
+    if (!raw_.intensity.name.empty()) raw_.intensity.values.push_back(number_in(channels_.intensity));
   }
 
   /// Of the text that the cell lies in; a 0 stands there.
@@ -222,7 +244,10 @@ class CsvReader {
   }
 
   const ScanBytes& scan_;
+  ScanPoints& out_;
   std::vector<Point>& points_;
+  RawChannels raw_;
+  ChannelFields channels_;
   std::string plain_;  ///< the points with decimal points, where the file has commas
   std::vector<std::string_view> cells_;
   Columns columns_ = {0, 1, 2};
@@ -236,9 +261,9 @@ class CsvReader {
 
 }  // namespace
 
-void parse_csv(const ScanBytes& scan, std::vector<Point>& points) {
-  points.clear();
-  CsvReader(scan, points).read();
+void parse_csv(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  CsvReader(scan, out).read();
 }
 
 }  // namespace alces::offline

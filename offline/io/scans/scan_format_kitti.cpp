@@ -102,7 +102,9 @@ BinaryRecord recognise_record(const ScanBytes& scan) {
   return kitti;
 }
 
-void parse_kitti(const ScanBytes& scan, std::vector<Point>& points) {
+void parse_kitti(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const BinaryRecord record = scan.reading.record ? *scan.reading.record : recognise_record(scan);
   if (scan.bytes.size() % record.bytes() != 0) {
     throw InputError(
@@ -121,6 +123,15 @@ void parse_kitti(const ScanBytes& scan, std::vector<Point>& points) {
     point = scan.reading.point(number(0), number(1), number(2));
     at += record.bytes();
   }
+  const bool has_intensity =
+      !record.is_double && (record.numbers == kitti.numbers || record.numbers == nuscenes.numbers);
+  if (!has_intensity) return;  // nobody has said what is behind x y z
+  RawChannels raw;
+  raw.intensity = {"the fourth number", type};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    raw.intensity.values.push_back(
+        load_number(scan.bytes.data() + i * record.bytes() + 3 * size_of(type), type, std::endian::little));
+  hand_over_channels(scan, raw, out);
 }
 
 }  // namespace alces::offline

@@ -24,6 +24,7 @@ struct LasHeader {
   std::size_t record_bytes = 0;
   std::array<double, 3> scale{};
   std::array<double, 3> offset_m{};
+  std::size_t gps_time_at = 0;  ///< in a record; 0: its format has none
 };
 
 LasHeader read_header(const ScanBytes& scan) {
@@ -39,6 +40,7 @@ LasHeader read_header(const ScanBytes& scan) {
   if (format >= las::record_bytes.size())
     throw InputError(scan.file, fmt::format("has point format {}; LAS has 0 to 10", format));
   LasHeader header;
+  header.gps_time_at = las::gps_time_at.at(format);
   header.points_at = at<std::uint32_t>(bytes, las::points_at);
   header.record_bytes = at<std::uint16_t>(bytes, las::record_size_at);
   if (header.record_bytes < las::record_bytes.at(format))
@@ -67,7 +69,9 @@ LasHeader read_header(const ScanBytes& scan) {
 
 }  // namespace
 
-void parse_las(const ScanBytes& scan, std::vector<Point>& points) {
+void parse_las(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const LasHeader header = read_header(scan);
   points.resize(header.count);
   const char* record = scan.bytes.data() + header.points_at;
@@ -79,6 +83,17 @@ void parse_las(const ScanBytes& scan, std::vector<Point>& points) {
     point = scan.reading.point(coordinate(0), coordinate(1), coordinate(2));
     record += header.record_bytes;
   }
+  RawChannels raw;
+  raw.intensity = {"intensity", NumberType::u16};
+  if (header.gps_time_at != 0) raw.time = {"GPS time", NumberType::f64};
+  record = scan.bytes.data() + header.points_at;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    raw.intensity.values.push_back(load<std::uint16_t>(record + las::intensity_at, std::endian::little));
+    if (header.gps_time_at != 0)
+      raw.time.values.push_back(load<double>(record + header.gps_time_at, std::endian::little));
+    record += header.record_bytes;
+  }
+  hand_over_channels(scan, raw, out);
 }
 
 }  // namespace alces::offline

@@ -26,6 +26,7 @@ struct Column {
   NumberType type = NumberType::f32;
   std::size_t offset = 0;  ///< in bytes, within one point
   std::size_t place = 0;   ///< as text: how many numbers stand before it
+  std::string name = {};
 };
 
 struct Header {
@@ -37,7 +38,24 @@ struct Header {
   std::size_t point_bytes = 0;
   std::size_t numbers = 0;  ///< of one point, as text
   std::array<Column, 3> xyz{};
+  std::optional<Column> time;
+  std::optional<Column> intensity;
 };
+
+/// `value_of(column, i)` is that of point i.
+template <class ValueOf>
+RawChannels read_channels(const Header& header, const ValueOf& value_of) {
+  RawChannels raw;
+  const auto read = [&](const std::optional<Column>& column, RawChannel& channel) {
+    if (!column) return;
+    channel = {column->name, column->type};
+    channel.values.reserve(header.points);
+    for (std::size_t i = 0; i < header.points; ++i) channel.values.push_back(value_of(*column, i));
+  };
+  read(header.time, raw.time);
+  read(header.intensity, raw.intensity);
+  return raw;
+}
 
 std::optional<NumberType> number_type(char kind, std::size_t size) {
   switch (kind) {
@@ -140,7 +158,12 @@ class HeaderReader {
       fail("the header has neither POINTS nor WIDTH and HEIGHT; correct the PCD header");
     }
     std::array<bool, 3> found{};
-    for (const Field& field : header_.fields) {
+    std::vector<std::string_view> names;
+    for (const Field& field : header_.fields)
+      names.emplace_back(field.count == 1 ? std::string_view(field.name) : std::string_view());
+    const ChannelFields channels = find_channels(names);
+    for (std::size_t i = 0; i < header_.fields.size(); ++i) {
+      const Field& field = header_.fields[i];
       const std::optional<NumberType> type = number_type(field.kind, field.size);
       // 64 Ki numbers in one field is more than any descriptor has
       if (!type || field.count > 65536) {
@@ -151,16 +174,19 @@ class HeaderReader {
       }
       const std::size_t axis = std::string_view("xyz").find(field.name);
       if (field.name.size() == 1 && axis < 3 && field.count > 0) {
-        header_.xyz.at(axis) = {*type, header_.point_bytes, header_.numbers};
+        header_.xyz.at(axis) = {*type, header_.point_bytes, header_.numbers, field.name};
         found.at(axis) = true;
       }
+      if (i == channels.time) header_.time = Column{*type, header_.point_bytes, header_.numbers, field.name};
+      if (i == channels.intensity)
+        header_.intensity = Column{*type, header_.point_bytes, header_.numbers, field.name};
       header_.point_bytes += field.size * field.count;
       header_.numbers += field.count;
     }
     if (!found[0] || !found[1] || !found[2]) {
-      std::vector<std::string> names;
-      for (const Field& field : header_.fields) names.push_back(field.name);
-      fail(fmt::format("the fields are \"{}\"; x, y and z are needed", fmt::join(names, " ")));
+      std::vector<std::string> all;
+      for (const Field& field : header_.fields) all.push_back(field.name);
+      fail(fmt::format("the fields are \"{}\"; x, y and z are needed", fmt::join(all, " ")));
     }
   }
 
@@ -182,7 +208,7 @@ double coordinate(const char* at, NumberType type) {
   return load_number(at, type, std::endian::little);
 }
 
-void parse_binary(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
+RawChannels parse_binary(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
   const std::string_view data = scan.bytes.substr(header.end);
   if (data.size() / header.point_bytes < header.points) {
     fail_truncated(scan, data.size() / header.point_bytes, header.points);
@@ -195,10 +221,13 @@ void parse_binary(const ScanBytes& scan, const Header& header, std::vector<Point
                                coordinate(at + header.xyz[2].offset, header.xyz[2].type));
     at += header.point_bytes;
   }
+  return read_channels(header, [&](const Column& column, std::size_t i) {
+    return coordinate(data.data() + i * header.point_bytes + column.offset, column.type);
+  });
 }
 
 // Field by field: all x, then all y, ...
-void parse_compressed(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
+RawChannels parse_compressed(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
   std::string_view data = scan.bytes.substr(header.end);
   constexpr std::size_t sizes_bytes = 8;
   if (data.size() < sizes_bytes) fail_truncated(scan, 0, header.points);
@@ -223,16 +252,18 @@ void parse_compressed(const ScanBytes& scan, const Header& header, std::vector<P
                                  compressed, header.points));
   }
   points.resize(header.points);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto at = [&](const Column& column) {
-      return coordinate(bytes.data() + column.offset * points.size() + i * size_of(column.type), column.type);
-    };
-    points[i] = scan.reading.point(at(header.xyz[0]), at(header.xyz[1]), at(header.xyz[2]));
-  }
+  const auto at = [&](const Column& column, std::size_t i) {
+    return coordinate(bytes.data() + column.offset * points.size() + i * size_of(column.type), column.type);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = scan.reading.point(at(header.xyz[0], i), at(header.xyz[1], i), at(header.xyz[2], i));
+  return read_channels(header, at);
 }
 
-void parse_ascii(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
-  points.clear();
+RawChannels parse_ascii(const ScanBytes& scan, const Header& header, std::vector<Point>& points) {
+  RawChannels raw;
+  if (header.time) raw.time = {header.time->name, header.time->type};
+  if (header.intensity) raw.intensity = {header.intensity->name, header.intensity->type};
   const char* at = scan.bytes.data() + header.end;
   const char* const end = scan.bytes.data() + scan.bytes.size();
   std::size_t line = header.lines + 1;
@@ -252,23 +283,28 @@ void parse_ascii(const ScanBytes& scan, const Header& header, std::vector<Point>
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (header.xyz.at(axis).place == place) xyz.at(axis) = value;
       }
+      if (header.time && header.time->place == place) raw.time.values.push_back(value);
+      if (header.intensity && header.intensity->place == place) raw.intensity.values.push_back(value);
       at = next;
     }
     points.push_back(scan.reading.point(xyz[0], xyz[1], xyz[2]));
     while (*at != '\n' && at != end) ++at;
   }
+  return raw;
 }
 
 }  // namespace
 
-void parse_pcd(const ScanBytes& scan, std::vector<Point>& points) {
+void parse_pcd(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const Header header = HeaderReader(scan).read();
   if (header.data == "ascii") {
-    parse_ascii(scan, header, points);
+    hand_over_channels(scan, parse_ascii(scan, header, points), out);
   } else if (header.data == "binary") {
-    parse_binary(scan, header, points);
+    hand_over_channels(scan, parse_binary(scan, header, points), out);
   } else if (header.data == "binary_compressed") {
-    parse_compressed(scan, header, points);
+    hand_over_channels(scan, parse_compressed(scan, header, points), out);
   } else {
     throw InputError(scan.file, header.lines,
                      fmt::format("DATA \"{}\" is unknown; ascii, binary and binary_compressed are read",

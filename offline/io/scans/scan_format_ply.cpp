@@ -99,7 +99,8 @@ bool skip_element(Body& body, const PlyElement& element) {
   return true;
 }
 
-void read_vertices(const ScanBytes& scan, Body& body, const PlyElement& vertex, std::vector<Point>& points) {
+void read_vertices(const ScanBytes& scan, Body& body, const PlyElement& vertex, ScanPoints& out) {
+  std::vector<Point>& points = out.points;
   std::vector<std::size_t> axis_of;  // per property; 3: not ours
   std::array<bool, 3> found{};
   for (const PlyProperty& property : vertex.properties) {
@@ -111,12 +112,23 @@ void read_vertices(const ScanBytes& scan, Body& body, const PlyElement& vertex, 
     axis_of.push_back(axis);
   }
   if (!found[0] || !found[1] || !found[2]) {
-    std::vector<std::string> names;
-    for (const PlyProperty& property : vertex.properties) names.push_back(property.name);
+    std::vector<std::string> all;
+    for (const PlyProperty& property : vertex.properties) all.push_back(property.name);
     throw InputError(scan.file,
                      fmt::format("the properties of element vertex are \"{}\"; x, y and z are needed",
-                                 fmt::join(names, " ")));
+                                 fmt::join(all, " ")));
   }
+  std::vector<std::string_view> names;
+  for (const PlyProperty& property : vertex.properties)
+    names.emplace_back(property.list_count ? std::string_view() : std::string_view(property.name));
+  const ChannelFields channels = find_channels(names);
+  RawChannels raw;
+  const auto name_channel = [&vertex](std::size_t field, RawChannel& channel) {
+    if (field < vertex.properties.size())
+      channel = {vertex.properties[field].name, vertex.properties[field].type};
+  };
+  name_channel(channels.time, raw.time);
+  name_channel(channels.intensity, raw.intensity);
   // before anything is allocated: can the file hold what it promises? As text a number takes two bytes or
   // more.
   const std::size_t least_bytes = body.ascii() ? 2 * vertex.properties.size() - 1 : vertex.bytes();
@@ -139,19 +151,22 @@ void read_vertices(const ScanBytes& scan, Body& body, const PlyElement& vertex, 
       const bool there = property.list_count ? body.skip_list(property) : body.number(property.type, value);
       if (!there) fail_truncated(i);
       xyz.at(axis_of[p]) = value;
+      if (p == channels.time) raw.time.values.push_back(value);
+      if (p == channels.intensity) raw.intensity.values.push_back(value);
     }
     points.push_back(scan.reading.point(xyz[0], xyz[1], xyz[2]));
   }
+  hand_over_channels(scan, raw, out);
 }
 
 }  // namespace
 
-void parse_ply(const ScanBytes& scan, std::vector<Point>& points) {
-  points.clear();
+void parse_ply(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
   const PlyHeader header = read_ply_header(scan.file, scan.bytes);
   Body body(scan, header);
   for (const PlyElement& element : header.elements) {
-    if (element.name == "vertex") return read_vertices(scan, body, element, points);
+    if (element.name == "vertex") return read_vertices(scan, body, element, out);
     if (!skip_element(body, element)) {
       throw InputError(scan.file,
                        fmt::format("ends within element {}, before the points; the file is cut off, copy it "

@@ -34,7 +34,7 @@ constexpr double max_stamp_difference_s = 0.02;
 struct Format {
   std::string_view name;
   std::string_view title;
-  void (*parse)(const ScanBytes& scan, std::vector<Point>& points);
+  void (*parse)(const ScanBytes& scan, ScanPoints& out);
   std::array<std::string_view, 4> extensions;  ///< those that make a file of a folder a scan
 };
 
@@ -77,7 +77,8 @@ struct Entry {
 /// What the first scans say of all: their origin, their records, whether their unit can be metres.
 class Probe {
  public:
-  Probe(const std::vector<Entry>& entries, ScanReading reading) : entries_(entries), reading_(reading) {
+  Probe(const std::vector<Entry>& entries, ScanReading reading, std::optional<double> scan_interval_s)
+      : entries_(entries), reading_(reading), scan_interval_s_(scan_interval_s) {
     constexpr std::size_t most_files = 8;  // that hold nothing
     for (std::size_t i = 0; i < std::min(most_files, entries.size()); ++i) {
       try {
@@ -99,8 +100,9 @@ class Probe {
     read_file(entry.file, bytes);
     if (entry.format->parse == parse_kitti && !reading_.record && !bytes.empty())
       reading_.record = recognise_record({entry.file, bytes, notes_});
-    std::vector<Point> points;
-    entry.format->parse({entry.file, bytes, ignored, reading_}, points);
+    ScanPoints scan;
+    entry.format->parse({entry.file, bytes, ignored, reading_, entry.stamp_s, scan_interval_s_}, scan);
+    std::vector<Point>& points = scan.points;
     std::erase_if(points, [](const Point& point) { return !is_finite(point); });
     if (points.empty()) return false;
     if (!find_origin(entry, points)) check_unit(entry, points);
@@ -156,27 +158,38 @@ class Probe {
 
   const std::vector<Entry>& entries_;
   ScanReading reading_;
+  std::optional<double> scan_interval_s_;
   std::vector<std::string> notes_;
 };
 
 class FileScanSource final : public ScanSource {
  public:
   FileScanSource(std::vector<Entry> entries, ScanReading reading, std::string odometry_title,
-                 std::optional<OdometryOrigin> odometry_origin, std::vector<std::string> warnings)
+                 std::optional<OdometryOrigin> odometry_origin, std::vector<TimedPose> motion,
+                 std::vector<std::string> warnings)
       : entries_(std::move(entries)),
         reading_(reading),
         odometry_title_(std::move(odometry_title)),
         odometry_origin_(std::move(odometry_origin)),
-        warnings_(std::move(warnings)) {}
+        motion_(std::move(motion)),
+        warnings_(std::move(warnings)) {
+    reading_.channels = &channels_;
+    std::vector<double> intervals_s;
+    for (std::size_t i = 1; i < entries_.size(); ++i) {
+      if (entries_[i].stamp_s && entries_[i - 1].stamp_s)
+        intervals_s.push_back(*entries_[i].stamp_s - *entries_[i - 1].stamp_s);
+    }
+    if (!intervals_s.empty() && median(intervals_s) > 0) scan_interval_s_ = median(intervals_s);
+  }
 
   [[nodiscard]] std::size_t size() const override { return entries_.size(); }
 
-  bool read(std::size_t index, std::vector<Point>& points) override {
+  bool read(std::size_t index, ScanPoints& scan) override {
     const Entry& entry = entries_.at(index);
     probe();
     read_file(entry.file, bytes_);
     std::vector<std::string> notes;
-    entry.format->parse({entry.file, bytes_, notes, reading_}, points);
+    entry.format->parse({entry.file, bytes_, notes, reading_, entry.stamp_s, scan_interval_s_}, scan);
     add_warnings(notes);
     return true;
   }
@@ -188,12 +201,22 @@ class FileScanSource final : public ScanSource {
   /// Poses of scans whose coordinates start elsewhere, too, start there.
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override {
     std::optional<Pose> pose = entries_.at(index).odometry;
-    if (!pose) return pose;
-    const std::array<double, 3> origin_m = FileScanSource::origin_m();
-    if (origin_m == std::array<double, 3>{}) return pose;
-    const Eigen::Vector3d origin(origin_m[0], origin_m[1], origin_m[2]);
-    pose->translation_m += pose->rotation * origin - origin;
+    if (pose) move_to_origin(*pose);
     return pose;
+  }
+  [[nodiscard]] std::vector<TimedPose> motion(std::size_t index, double from_s, double to_s) const override {
+    if (motion_.empty()) return ScanSource::motion(index, from_s, to_s);
+    const auto is_before = [](const TimedPose& pose, double time_s) { return pose.time_s < time_s; };
+    auto begin = std::lower_bound(motion_.begin(), motion_.end(), from_s, is_before);
+    auto end = std::lower_bound(begin, motion_.end(), to_s, is_before);
+    if (begin != motion_.begin()) --begin;
+    if (end != motion_.end()) ++end;
+    // beside either end of the drive it goes on as it went
+    if (end - begin < 2 && begin != motion_.begin()) --begin;
+    if (end - begin < 2 && end != motion_.end()) ++end;
+    std::vector<TimedPose> poses(begin, end);
+    for (TimedPose& pose : poses) move_to_origin(pose.odometry_from_body);
+    return poses;
   }
   [[nodiscard]] std::optional<double> stamp_s(std::size_t index) const override {
     return entries_.at(index).stamp_s;
@@ -219,12 +242,28 @@ class FileScanSource final : public ScanSource {
     return reading_.origin_m;
   }
   [[nodiscard]] std::optional<OdometryOrigin> odometry_origin() const override { return odometry_origin_; }
+  [[nodiscard]] std::string channels() const override {
+    probe();
+    const std::scoped_lock lock(mutex_);
+    return channels_.text();
+  }
+  [[nodiscard]] bool has_intensity() const override {
+    probe();
+    return channels_.full_intensity > 0;
+  }
 
  private:
+  void move_to_origin(Pose& pose) const {
+    const std::array<double, 3> origin_m = FileScanSource::origin_m();
+    if (origin_m == std::array<double, 3>{}) return;
+    const Eigen::Vector3d origin(origin_m[0], origin_m[1], origin_m[2]);
+    pose.translation_m += pose.rotation * origin - origin;
+  }
+
   /// Before the first scan is handed on; the same whichever scan that is.
   void probe() const {
     std::call_once(is_probed_, [this] {
-      const Probe found(entries_, reading_);
+      const Probe found(entries_, reading_, scan_interval_s_);
       reading_ = found.reading();
       add_warnings(found.notes());
     });
@@ -240,9 +279,12 @@ class FileScanSource final : public ScanSource {
 
   std::vector<Entry> entries_;
   mutable ScanReading reading_;
+  mutable ChannelReading channels_;
+  std::optional<double> scan_interval_s_;
   std::string odometry_title_;
   std::optional<OdometryOrigin> odometry_origin_;
-  std::string bytes_;  // of one file; kept, so that its memory is used again
+  std::vector<TimedPose> motion_;  ///< all poses of a trajectory on the scans' clock; empty: there is none
+  std::string bytes_;              // of one file; kept, so that its memory is used again
   mutable std::once_flag is_probed_;
   mutable std::mutex mutex_;
   mutable std::vector<std::string> warnings_;
@@ -346,8 +388,12 @@ class Opener {
     } else {
       warn_of_unused_trajectories();
     }
+    for (Entry& entry : entries_) {
+      if (!entry.stamp_s && options_.scan_interval_s > 0)
+        entry.stamp_s = static_cast<double>(entry.number) * options_.scan_interval_s;
+    }
     return std::make_unique<FileScanSource>(std::move(entries_), reading_, std::move(title),
-                                            std::move(origin_), std::move(warnings_));
+                                            std::move(origin_), std::move(motion_), std::move(warnings_));
   }
 
   /// The whole map that a program left beside the scans it is of is no scan; that of a map folder, too.
@@ -616,6 +662,10 @@ class Opener {
           "first: no odometry for them",
           file.string(), max_stamp_difference_s, without, entries_.size(), first->file.filename().string()));
     }
+    for (std::size_t i = 0; i < trajectory.size(); ++i) {
+      if (motion_.empty() || trajectory.stamps_s[i] > motion_.back().time_s)
+        motion_.push_back({trajectory.stamps_s[i], trajectory.poses[i]});
+    }
     paired_by_ = fmt::format("stamp ({:.3g} s apart at most)", association.largest_time_difference_s);
     return true;
   }
@@ -642,10 +692,21 @@ class Opener {
   bool has_stamps_ = false;  ///< in the names of all
   std::string paired_by_;
   std::optional<OdometryOrigin> origin_;
+  std::vector<TimedPose> motion_;
   std::vector<std::string> warnings_;
 };
 
 }  // namespace
+
+std::vector<TimedPose> ScanSource::motion(std::size_t index, double, double) const {
+  std::vector<TimedPose> poses;
+  for (std::size_t i = index > 0 ? index - 1 : 0; i < std::min(index + 2, size()); ++i) {
+    const std::optional<Pose> pose = odometry(i);
+    const std::optional<double> time_s = stamp_s(i);
+    if (pose && time_s && (poses.empty() || *time_s > poses.back().time_s)) poses.push_back({*time_s, *pose});
+  }
+  return poses;
+}
 
 void choose_odometry(const std::string& option, ScanSourceOptions& options) {
   options.no_odometry = option == "none";

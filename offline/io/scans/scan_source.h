@@ -29,8 +29,8 @@
 #include <string>
 #include <vector>
 
-#include "alces/point.h"
 #include "alces/pose.h"
+#include "scan_points.h"
 
 namespace alces::offline {
 
@@ -39,6 +39,12 @@ struct OdometryOrigin {
   std::filesystem::path path;  ///< a file, or the folder of .pose or .frames files
   std::string digest;          ///< of what it held (ContentDigest)
   std::string paired_by;       ///< "stamp", "number", "order"
+};
+
+/// A pose of the odometry, and when the body was there.
+struct TimedPose {
+  double time_s = 0;
+  Pose odometry_from_body;
 };
 
 class ScanSource {
@@ -51,10 +57,10 @@ class ScanSource {
   /// How many scans there are; of a source that finds out as it goes: at most, and exactly at its end.
   [[nodiscard]] virtual std::size_t size() const = 0;
 
-  /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. False: there is no such
-  /// scan, the source has ended (only of sources whose size() is not exact). Not to be called from two
-  /// threads at once; all other functions may run meanwhile.
-  virtual bool read(std::size_t index, std::vector<Point>& points) = 0;
+  /// Replaces `scan` by scan `index`: its points, NaN and Inf included, in file order, with the channels that
+  /// they have. False: there is no such scan, the source has ended (only of sources whose size() is not
+  /// exact). Not to be called from two threads at once; all other functions may run meanwhile.
+  virtual bool read(std::size_t index, ScanPoints& scan) = 0;
 
   /// What people call it: the file's name without folder.
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
@@ -74,15 +80,25 @@ class ScanSource {
   [[nodiscard]] virtual std::array<double, 3> origin_m() const { return {}; }
   /// None: no odometry, or not from files.
   [[nodiscard]] virtual std::optional<OdometryOrigin> odometry_origin() const { return std::nullopt; }
+  /// How the body moved from `from_s` to `to_s` on the clock of stamp_s(): the odometry's poses between, in
+  /// turn, with the last one before and the first one behind. Fewer than two: not known. By itself a source
+  /// has the poses of the scan and its neighbours.
+  [[nodiscard]] virtual std::vector<TimedPose> motion(std::size_t index, double from_s, double to_s) const;
+  /// For people: which fields became times and intensities, in which unit and why; empty: there are none. May
+  /// read the first scans.
+  [[nodiscard]] virtual std::string channels() const { return {}; }
+  /// Its scans bring intensities. As channels().
+  [[nodiscard]] virtual bool has_intensity() const { return false; }
 };
 
 struct ScanSourceOptions {
   /// A trajectory in any format of trajectory.h. It belongs to the scans by stamps where both have them, by
   /// number where its first column holds every scan's, else by order, and then has as many poses as scans.
   std::optional<std::filesystem::path> odometry = {};
-  bool no_odometry = false;  ///< poses beside the scans are not read either
-  double scale = 1;          ///< of the coordinates of all scans: 0.001 where they are mm
-  std::string format = {};   ///< one of scan_format_names(), or float32xN, float64xN; empty: by the names
+  bool no_odometry = false;    ///< poses beside the scans are not read either
+  double scale = 1;            ///< of the coordinates of all scans: 0.001 where they are mm
+  double scan_interval_s = 0;  ///< from one scan to the next where no stamps are known; 0: they stay unknown
+  std::string format = {};     ///< one of scan_format_names(), or float32xN, float64xN; empty: by the names
 };
 
 /// As --odometry has it: empty for the poses beside the scans, "none" for no poses at all, or a file.
@@ -98,7 +114,7 @@ void choose_odometry(const std::string& option, ScanSourceOptions& options);
 [[nodiscard]] std::unique_ptr<ScanSource> open_scans(std::span<const std::filesystem::path> files,
                                                      const ScanSourceOptions& options = {});
 
-/// Parses scan i+1 on a second thread while the caller works on scan i. The caller's vector and the next scan
+/// Parses scan i+1 on a second thread while the caller works on scan i. The caller's scan and the next one
 /// are all that is held. Same points in the same order as the source alone; an error in scan i+1 is thrown by
 /// the read() that asks for it.
 class PrefetchingScanSource final : public ScanSource {
@@ -107,7 +123,7 @@ class PrefetchingScanSource final : public ScanSource {
   ~PrefetchingScanSource() override;
 
   [[nodiscard]] std::size_t size() const override;
-  bool read(std::size_t index, std::vector<Point>& points) override;
+  bool read(std::size_t index, ScanPoints& scan) override;
   [[nodiscard]] std::string name(std::size_t index) const override;
   [[nodiscard]] std::size_t number(std::size_t index) const override;
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override;
@@ -119,6 +135,11 @@ class PrefetchingScanSource final : public ScanSource {
   [[nodiscard]] std::optional<OdometryOrigin> odometry_origin() const override {
     return source_->odometry_origin();
   }
+  [[nodiscard]] std::vector<TimedPose> motion(std::size_t index, double from_s, double to_s) const override {
+    return source_->motion(index, from_s, to_s);
+  }
+  [[nodiscard]] std::string channels() const override { return source_->channels(); }
+  [[nodiscard]] bool has_intensity() const override { return source_->has_intensity(); }
 
  private:
   struct Worker;

@@ -69,14 +69,20 @@ class RowOfScan {
 void write_points(const fs::path& to, const MapGraph& map, const ConstraintGraph& graph) {
   const fs::path from = map.folder / "map.ply";
   RowOfScan row_of_scan(map.trajectory);
-  PlyMapWriter writer(to);
-  stream_ply_scans(from, [&](std::span<const Point> points, std::span<const std::uint32_t> scans) {
+  const bool has_intensity = ply_has_intensity(from);
+  PlyMapWriter writer(
+      to, has_intensity ? PlyMapWriter::Attribute::scan_and_intensity : PlyMapWriter::Attribute::scan);
+  stream_ply_pieces(from, [&](const PlyPiece& piece) {
+    const auto& [points, scans, intensity] = piece;
+    if (scans.empty())
+      throw InputError(from, "its points do not say which scan they come from; map the scans again");
     for (std::size_t begin = 0; begin < points.size();) {
       std::size_t end = begin;
       while (end < points.size() && scans[end] == scans[begin]) ++end;
       const std::size_t row = row_of_scan(from, scans[begin]);
       const Pose moved = graph.vertices[row].map_from_body * map.graph.vertices[row].map_from_body.inverse();
-      writer.add(points.subspan(begin, end - begin), moved, scans[begin]);
+      writer.add(points.subspan(begin, end - begin), moved, scans[begin],
+                 has_intensity ? intensity.subspan(begin, end - begin) : intensity);
       begin = end;
     }
   });

@@ -1,12 +1,14 @@
 // The mapper: any configuration that check() takes, any scans and poses.
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 #include <vector>
 
 #include "../byte_feed.h"
 #include "../target.h"
+#include "alces/deskew.h"
 #include "alces/mapper.h"
 #include "alces_platform/settings/mapper_keys.h"
 
@@ -150,6 +152,39 @@ void drive(ByteFeed& feed, const MapperConfig& config) {
     for (const Point& point : std::span(points).first(count))
       require(is_finite(point), "stored points are finite");
   }
+}
+
+/// Poses or a twist, then points with times.
+ALCES_FUZZ_TARGET(deskew) {
+  alignas(Arena::alignment) static std::byte block[8192];
+  ByteFeed feed(bytes);
+  Arena arena(block);
+  Deskew deskew(arena, DeskewConfig{.pose_capacity = 16});
+  require(!arena.overflowed(), "16 poses fit");
+  const std::uint8_t form = feed.byte();
+  if ((form & 1U) != 0) {
+    Vector6d twist;
+    for (int k = 0; k < 6; ++k)
+      twist[k] = (form & 2U) != 0 ? feed.number<double>() : feed.number<std::int8_t>();
+    (void)deskew.set_twist(twist);
+  } else {
+    Pose pose;
+    for (int i = 0; i < form / 8; ++i) {
+      pose = take_pose(feed, form, pose);
+      const double time_s = (form & 2U) != 0 ? feed.number<double>() : 0.01 * i;
+      (void)deskew.add_pose(time_s, pose);
+    }
+  }
+  require(deskew.pose_count() <= 16, "no more poses than there is room for");
+  std::vector<Point> points;
+  take_points(feed, feed.byte(), points);
+  std::vector<float> time_s;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    time_s.push_back((form & 2U) != 0 ? feed.number<float>() : 0.001F * feed.byte());
+  const std::vector<Point> before = points;
+  if (deskew.apply(points, time_s, (form & 2U) != 0 ? feed.number<double>() : 0) == DeskewStatus::ok) return;
+  require(std::memcmp(points.data(), before.data(), points.size() * sizeof(Point)) == 0 || points.empty(),
+          "a scan that cannot be deskewed stays as it was");
 }
 
 ALCES_FUZZ_TARGET(add_scan) {

@@ -11,6 +11,8 @@ export interface CloudNode {
   count: number
   /** x, y, z in steps from the origin and the scan's number, point by point. */
   points: Uint16Array<ArrayBuffer>
+  /** 0 to 255, of each point; undefined where the map has none. */
+  intensity?: Uint8Array<ArrayBuffer>
 }
 
 const leastStepsASide = 65535
@@ -33,6 +35,7 @@ function decodeChunk(bytes: Uint8Array, total: number, nodes: CloudNode[]) {
         points[to] = value
       }
     }
+    if (node.intensity) node.intensity.set(bytes.subarray(8 * total + at, 8 * total + at + node.count))
     at += node.count
   }
 }
@@ -57,6 +60,7 @@ export async function loadCloud(table: CloudTable, take: (nodes: CloudNode[], sh
         spacing: side / table.cells_a_side,
         count,
         points: new Uint16Array(4 * count),
+        intensity: table.has_intensity ? new Uint8Array(count) : undefined,
       })
     }
     decodeChunk(bytes, pointCount, nodes)

@@ -1,12 +1,14 @@
 // Colour scales of the point cloud, and the page's colours for what is drawn on canvases.
 
-export type ColorMode = 'height' | 'time' | 'correction'
+export type ColorMode = 'height' | 'time' | 'correction' | 'intensity'
+export const colorModes: ColorMode[] = ['height', 'time', 'correction', 'intensity'] // as the shader counts them
 
 // From bluish to warm, all bright enough for the viewer's dark ground, and telling apart without red against green.
 const ramps: Record<ColorMode, string[]> = {
   height: ['#4a6fe3', '#2aa7c9', '#4cc38a', '#e8d44d', '#f08a3c'],
   time: ['#6a5be2', '#a95bd6', '#e8648f', '#f8a15c', '#fbe08c'],
   correction: ['#2f6fb5', '#4fb3c4', '#e9e3a6', '#f39c3d', '#e0433f'],
+  intensity: ['#39424e', '#6c7886', '#a3adb8', '#d3dae1', '#ffffff'],
 }
 
 const channels = (hex: string) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16))

@@ -66,6 +66,7 @@ export interface CloudTable {
   step_m: number
   cells_a_side: number
   scans_a_number: number
+  has_intensity: boolean
   points: number
   points_shown: number
   points_left_out: number

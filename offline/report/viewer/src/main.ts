@@ -84,6 +84,7 @@ function addMap(report: Report, scans: Scans): Viewer {
       button.disabled = true
       button.title = 'No loop was closed, or the map folder does not say what closing them changed'
     }
+    if (mode === 'intensity') button.hidden = !cloud.has_intensity
     button.addEventListener('click', () => {
       press('#color-mode button', button)
       viewer.setMode(mode)

@@ -2,7 +2,7 @@
 // processor computes (SwiftShader, llvmpipe) takes many times as long for points.
 import { Matrix4, PerspectiveCamera, Vector3 } from 'three'
 import type { CloudNode } from './cloud'
-import { ColorMode, rampBytes } from './colors'
+import { ColorMode, colorModes, rampBytes } from './colors'
 import type { Coloring, Painter } from './painter'
 
 export class CanvasPainter implements Painter {
@@ -21,7 +21,7 @@ export class CanvasPainter implements Painter {
     private readonly center: Vector3,
     private readonly moves: Float32Array,
   ) {
-    for (const mode of ['height', 'time', 'correction'] as const)
+    for (const mode of colorModes)
       this.ramps.set(mode, new Uint32Array(rampBytes(mode).buffer))
   }
 
@@ -52,7 +52,7 @@ export class CanvasPainter implements Painter {
     const pixelsAMetre = (0.035 * coloring.pointScale * height) / (2 * Math.tan((camera.fov * Math.PI) / 360))
     for (const node of nodes) {
       const [ox, oy, oz] = node.origin
-      const { points, step } = node
+      const { points, step, intensity } = node
       for (let i = 0; i < points.length; i += 4) {
         let x = ox + points[i] * step - this.center.x
         let y = oy + points[i + 1] * step - this.center.y
@@ -82,7 +82,11 @@ export class CanvasPainter implements Painter {
         const py = Math.round((1 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w) * 0.5 * height)
         const size = Math.min(6, Math.max(1, Math.round(pixelsAMetre / w)))
         if (px < 0 || py < 0 || px + size > width || py + size > height) continue
-        const value = mode === 'height' ? z + this.center.z : mode === 'time' ? scan : moves[move + 7]
+        const value =
+          mode === 'height' ? z + this.center.z
+          : mode === 'time' ? scan
+          : mode === 'correction' ? moves[move + 7]
+          : (intensity?.[i / 4] ?? 0)
         let color = ramp[Math.max(0, Math.min(255, Math.round((value - coloring.low) * scale)))]
         if (highlight !== undefined && (scan < highlight[0] || scan > highlight[1]))
           color = 0xff000000 | ((color >>> 1) & 0x7f7f7f)

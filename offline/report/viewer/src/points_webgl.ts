@@ -17,7 +17,7 @@ import {
   WebGLRenderer,
 } from 'three'
 import type { CloudNode } from './cloud'
-import { ColorMode, rampBytes } from './colors'
+import { ColorMode, colorModes, rampBytes } from './colors'
 import type { Coloring, Painter } from './painter'
 
 const textureWidth = 2048 // texels; two a scan
@@ -36,6 +36,7 @@ uniform float pixelsAMetre;  // at a metre's distance
 uniform vec2 size;  // of a point: metres, least pixels
 uniform vec2 highlight;  // first and last scan shown brighter, or -1
 in vec4 position;
+in float intensity;
 out vec3 color;
 void main() {
   int scan = int(position.w + 0.5);
@@ -50,7 +51,7 @@ void main() {
   vec4 seen = viewMatrix * place;
   gl_Position = projectionMatrix * seen;
   gl_PointSize = clamp(size.x * pixelsAMetre / -seen.z, size.y, 12.0 * size.y);
-  float value = mode == 0 ? place.z : mode == 1 ? position.w : shift.w;
+  float value = mode == 0 ? place.z : mode == 1 ? position.w : mode == 2 ? shift.w : intensity;
   color = texture(ramp, vec2(clamp((value - range.x) / (range.y - range.x), 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
   if (highlight.x >= 0.0) {
     bool is_in = position.w >= highlight.x - 0.5 && position.w <= highlight.y + 0.5;
@@ -108,7 +109,7 @@ export class WebGlPainter implements Painter {
     const scans = new DataTexture(texels, textureWidth, rows, RGBAFormat, FloatType)
     scans.minFilter = scans.magFilter = NearestFilter
     scans.needsUpdate = true
-    for (const mode of ['height', 'time', 'correction'] as const) {
+    for (const mode of colorModes) {
       const texture = new DataTexture(rampBytes(mode), 256, 1, RGBAFormat)
       texture.minFilter = texture.magFilter = LinearFilter
       texture.needsUpdate = true
@@ -135,6 +136,7 @@ export class WebGlPainter implements Painter {
   addNode(node: CloudNode) {
     const geometry = new BufferGeometry()
     geometry.setAttribute('position', new BufferAttribute(node.points, 4))
+    if (node.intensity) geometry.setAttribute('intensity', new BufferAttribute(node.intensity, 1))
     const points = new Points(geometry, this.material)
     points.frustumCulled = false // the viewer has chosen
     points.visible = false
@@ -159,7 +161,7 @@ export class WebGlPainter implements Painter {
     const uniforms = this.material.uniforms
     const mode = coloring.mode
     uniforms.ramp.value = this.ramps.get(mode)
-    uniforms.mode.value = mode === 'height' ? 0 : mode === 'time' ? 1 : 2
+    uniforms.mode.value = colorModes.indexOf(mode)
     uniforms.range.value.set(coloring.low, Math.max(coloring.high, coloring.low + 1e-6))
     if (mode === 'height') uniforms.range.value.addScalar(-this.center.z)
     uniforms.undo.value = coloring.undo

@@ -189,10 +189,21 @@ export class Viewer {
       return { title: 'height', low: `${this.heights[0].toFixed(1)} m`, high: `${this.heights[1].toFixed(1)} m`, gradient }
     if (this.mode === 'correction')
       return { title: 'moved by closing loops', low: '0', high: metres(this.scans.largestCorrection), gradient }
+    if (this.mode === 'intensity') return { title: 'intensity', low: '0', high: whole(this.brightest()), gradient }
     const last = this.scans.count - 1
     return this.report.has_time
       ? { title: 'time', low: 'start', high: `${whole(stamps[last])} s`, gradient }
       : { title: 'scan', low: String(this.scans.number(0)), high: String(this.scans.number(last)), gradient }
+  }
+
+  /** The intensity that 98 of 100 points do not exceed: reflectors are few and far brighter. */
+  private brightest(): number {
+    const counts = new Array<number>(256).fill(0)
+    for (const node of this.nodes) node.intensity?.forEach((value) => ++counts[value])
+    let left = 0.02 * this.points
+    let value = 255
+    while (value > 1 && (left -= counts[value]) >= 0) --value
+    return value
   }
 
   private coloring(): Coloring {
@@ -202,7 +213,9 @@ export class Viewer {
         ? this.heights
         : this.mode === 'time'
           ? [0, Math.max(1, (this.scans.count - 1) / each)]
-          : [0, Math.max(1e-3, this.scans.largestCorrection)]
+          : this.mode === 'intensity'
+            ? [0, this.brightest()]
+            : [0, Math.max(1e-3, this.scans.largestCorrection)]
     const at = this.scan === null ? undefined : Math.floor(this.scan / each)
     return {
       mode: this.mode,
