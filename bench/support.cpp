@@ -63,7 +63,9 @@ Drive recorded(const std::string& folder, std::size_t most_scans, const std::str
   drive.size = std::min(source->size(), most_scans);
   drive.name = fmt::format("{} ({})", folder, source->description());
   drive.points = [source](std::size_t index, std::vector<Point>& points) {
-    source->read(index, points);
+    offline::ScanPoints scan;
+    source->read(index, scan);
+    points = std::move(scan.points);
     std::erase_if(points, [](const Point& point) { return !is_finite(point); });
   };
   for (std::size_t i = 0; i < drive.size; ++i) {

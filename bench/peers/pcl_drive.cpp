@@ -66,10 +66,10 @@ Input from_folder(const std::filesystem::path& folder) {
   input.truth = read_tum(folder / "truth.tum");
   if (input.truth.size() < input.size) input.truth.clear();
   input.cloud = [source](std::size_t i) {
-    std::vector<alces::Point> points;
-    source->read(i, points);
+    alces::offline::ScanPoints scan;
+    source->read(i, scan);
     auto cloud = std::make_shared<Cloud>();
-    for (const alces::Point& point : points) {
+    for (const alces::Point& point : scan.points) {
       if (is_finite(point)) cloud->push_back({point.x, point.y, point.z});
     }
     return cloud;

@@ -110,9 +110,9 @@ Calibration calibrate(const std::filesystem::path& drive, const CalibrationOptio
   DriveReplay replay(drive, replay_options);
   result.configured = replay.settings();
   turns.set_mounting(result.configured.scanner.assembler);
-  std::vector<Point> points;
+  ScanPoints scan;
   std::optional<Pose> before;
-  for (std::size_t i = 0; replay.read(i, points); ++i) {
+  for (std::size_t i = 0; replay.read(i, scan); ++i) {
     refuse_to_stop(callbacks);
     if (callbacks.progress) callbacks.progress("reading", i + 1, replay.size());
     const std::optional<Pose> odometry = replay.odometry(i);

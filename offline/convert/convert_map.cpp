@@ -297,13 +297,13 @@ void take_map(const fs::path& folder, ScanTaker& taker, MapConversionReport& rep
 
 void take_scans(ScanSource& scans, const Origin& poses_origin_m, ScanTaker& taker,
                 MapConversionReport& report, const ScanProgress& progress) {
-  std::vector<Point> points;
+  ScanPoints scan;
   std::size_t without_pose = 0;
-  for (std::size_t i = 0; scans.read(i, points); ++i) {
+  for (std::size_t i = 0; scans.read(i, scan); ++i) {
     std::optional<Pose> pose = scans.odometry(i);
     if (!pose) ++without_pose;
     if (pose) pose->translation_m -= Eigen::Vector3d(poses_origin_m[0], poses_origin_m[1], poses_origin_m[2]);
-    taker.take(points, pose.value_or(Pose{}),
+    taker.take(scan.points, pose.value_or(Pose{}),
                {static_cast<std::uint32_t>(scans.number(i)), i,
                 scans.stamp_s(i).value_or(static_cast<double>(scans.number(i)))});
     ++report.scans;

@@ -225,20 +225,20 @@ std::vector<GroupConsistency> measure_consistency(
   std::mutex reading;
   std::mutex reporting;
   std::size_t done = 0;
-  const auto read = [&](std::size_t index, std::vector<Point>& points) {
+  const auto read = [&](std::size_t index, ScanPoints& scan) {
     const std::lock_guard lock(reading);
-    (void)scans.read(index, points);
+    (void)scans.read(index, scan);
   };
   for_each_index(work.size(), [&](std::size_t i) {
     const auto& [a, pairs] = work[i];
-    std::vector<Point> points;
-    read(a, points);
-    const SurfaceModel model(points, settings);
+    ScanPoints scan;
+    read(a, scan);
+    const SurfaceModel model(scan.points, settings);
     for (PairConsistency* pair : pairs) {
       const std::uint32_t b = pair->pair.second;
-      read(b, points);
+      read(b, scan);
       const std::vector<double> residuals_m =
-          model.residuals_m(points, map_from_scan[a].inverse() * map_from_scan[b]);
+          model.residuals_m(scan.points, map_from_scan[a].inverse() * map_from_scan[b]);
       pair->correspondences = residuals_m.size();
       if (residuals_m.size() >= settings.min_correspondences) pair->median_residual_m = median(residuals_m);
       const std::lock_guard lock(reporting);

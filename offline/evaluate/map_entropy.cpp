@@ -56,12 +56,12 @@ MapEntropy measure_map_entropy(ScanSource& scans, std::span<const Pose> map_from
     MapPoint point;
   };
   std::vector<Keyed> map;
-  std::vector<Point> points;
+  ScanPoints in_body;
   std::unordered_set<std::uint64_t> taken;
   for (std::size_t scan = 0; scan < scans.size(); ++scan) {
-    (void)scans.read(scan, points);
+    (void)scans.read(scan, in_body);
     taken.clear();
-    for (const Point& p : points) {
+    for (const Point& p : in_body.points) {
       if (!is_finite(p)) continue;
       const Eigen::Vector3d body = Eigen::Vector3f(p.x, p.y, p.z).cast<double>();
       const double range_m = body.norm();

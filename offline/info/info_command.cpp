@@ -91,7 +91,8 @@ Json describe(const Trajectory& trajectory) {
 }
 
 Json describe(ScanSource& scans) {
-  std::vector<Point> points;
+  ScanPoints scan;
+  const std::vector<Point>& points = scan.points;
   std::vector<std::size_t> counts;
   Trajectory odometry;
   odometry.has_time = true;
@@ -102,7 +103,7 @@ Json describe(ScanSource& scans) {
   Extent extent;
   Progress progress("reading scans");
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    if (!scans.read(i, points)) break;
+    if (!scans.read(i, scan)) break;
     const std::optional<Pose> pose = scans.odometry(i);
     const std::optional<double> stamp_s = scans.stamp_s(i);
     if (pose) {

@@ -55,7 +55,7 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
 
 void MapRun::run(const Callbacks& callbacks) {
   const Clock::time_point begin = Clock::now();
-  std::vector<Point> points;
+  ScanPoints scan;
   for (std::size_t index = 0; index < scans_.size(); ++index) {
     if (const int signal = callbacks.stop_signal ? callbacks.stop_signal() : 0; signal != 0) {
       problem_ = Error(fmt::format("{} after {} of {} scans; the map ends there",
@@ -65,13 +65,13 @@ void MapRun::run(const Callbacks& callbacks) {
     }
     const Clock::time_point read_begin = Clock::now();
     try {
-      if (!scans_.read(index, points)) break;
+      if (!scans_.read(index, scan)) break;
     } catch (const Error& error) {
       problem_ = error;
       break;
     }
     read_wait_s_ += seconds_since(read_begin);
-    if (!add(index, points)) break;
+    if (!add(index, scan)) break;
     if (callbacks.progress) callbacks.progress(index + 1, scans_.size());
   }
   const Clock::time_point finish_begin = Clock::now();
@@ -87,11 +87,11 @@ void MapRun::run(const Callbacks& callbacks) {
 }
 
 // False: the run ends here.
-bool MapRun::add(std::size_t index, const std::vector<Point>& points) {
+bool MapRun::add(std::size_t index, const ScanPoints& scan) {
   const Clock::time_point begin = Clock::now();
   const std::optional<Pose> odometry = scans_.odometry(index);
   ScanReport report;
-  const Status status = mapper_->add_scan(points, odometry ? &*odometry : nullptr, report);
+  const Status status = mapper_->add_scan(scan.points, odometry ? &*odometry : nullptr, report);
   mapping_s_ += seconds_since(begin);
   switch (status) {
     case Status::ok:

@@ -112,7 +112,7 @@ class MapRun {
   [[nodiscard]] std::string name_in_source(std::uint32_t scan) const;
 
  private:
-  [[nodiscard]] bool add(std::size_t index, const std::vector<Point>& points);
+  [[nodiscard]] bool add(std::size_t index, const ScanPoints& scan);
   [[nodiscard]] Error capacity_problem(std::size_t index, Status status) const;
   void remember_loops();
 

@@ -69,9 +69,9 @@ ReferenceMap::ReferenceMap(std::span<const Point> points, double cell_size_m) : 
 ReferenceCloud read_cloud(const std::filesystem::path& file, std::vector<std::string>& warnings) {
   const std::unique_ptr<ScanSource> source = open_scans(file);
   ReferenceCloud cloud;
-  std::vector<Point> points;
-  for (std::size_t i = 0; source->read(i, points); ++i) {
-    cloud.points.insert(cloud.points.end(), points.begin(), points.end());
+  ScanPoints scan;
+  for (std::size_t i = 0; source->read(i, scan); ++i) {
+    cloud.points.insert(cloud.points.end(), scan.points.begin(), scan.points.end());
     if (i + 1 == source->size()) break;
   }
   for (const std::string& warning : source->warnings()) warnings.push_back(warning);

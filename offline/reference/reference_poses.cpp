@@ -113,16 +113,16 @@ ReferenceRun find_reference_poses(ScanSource& scans, std::span<const std::option
   ReferenceRun run;
   std::optional<Pose> last_trusted;
   Pose last_start;  // of that scan
-  std::vector<Point> points;
+  ScanPoints scan;
   for (std::size_t i = 0; i < scans.size(); ++i) {
     if (stop_requested && stop_requested()) {
       run.was_stopped = true;
       break;
     }
-    if (!scans.read(i, points)) break;
+    if (!scans.read(i, scan)) break;
     ReferencePose pose;
     if (start[i]) {
-      pose = matcher.match(points,
+      pose = matcher.match(scan.points,
                            last_trusted ? *last_trusted * last_start.inverse() * *start[i] : *start[i], map);
       if (pose.verdict == ReferenceVerdict::trusted) {
         last_trusted = pose.map_from_body;

@@ -148,7 +148,7 @@ void DriveReplay::on_scan(const Scan& scan) {
   passed.reference_stamp_ns = scan.reference_stamp_ns;
   if (scan.has_odometry) passed.odometry_from_body = scan.odometry_from_body;
   passed_.push_back(passed);
-  ready_.emplace_back(scan.points.begin(), scan.points.end());
+  ready_.push_back({.points = {scan.points.begin(), scan.points.end()}, .time_s = {}, .intensity = {}});
 }
 
 void DriveReplay::raise(const Notice& notice) {
@@ -163,7 +163,7 @@ void DriveReplay::raise(const Notice& notice) {
   said.value = notice.value;
 }
 
-bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
+bool DriveReplay::read(std::size_t index, ScanPoints& scan) {
   if (index < first_ready_) throw InputError("a drive is replayed front to back, once");
   try {
     while (index >= first_ready_ + ready_.size()) {
@@ -193,7 +193,7 @@ bool DriveReplay::read(std::size_t index, std::vector<Point>& points) {
   } catch (const replay::TraceError& error) {
     throw InputError(error.what());
   }
-  points.swap(ready_[index - first_ready_]);
+  std::swap(scan, ready_[index - first_ready_]);
   ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(index - first_ready_ + 1));
   first_ready_ = index + 1;
   return true;

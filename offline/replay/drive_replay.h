@@ -57,7 +57,7 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
   [[nodiscard]] const Scanner& scanner() const { return *scanner_; }
 
   [[nodiscard]] std::size_t size() const override { return size_; }
-  bool read(std::size_t index, std::vector<Point>& points) override;
+  bool read(std::size_t index, ScanPoints& scan) override;
   [[nodiscard]] std::string name(std::size_t index) const override;
   [[nodiscard]] std::size_t number(std::size_t index) const override;
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override;
@@ -99,7 +99,7 @@ class DriveReplay final : public ScanSource, private ScanSink, private NoticePor
 
   mutable std::mutex mutex_;  ///< of what other threads may ask for while read() runs
   std::vector<Passed> passed_;
-  std::vector<std::vector<Point>> ready_;  ///< assembled, not yet read: one event may complete several
+  std::vector<ScanPoints> ready_;  ///< assembled, not yet read: one event may complete several
   std::size_t first_ready_ = 0;
   std::uint64_t incomplete_ = 0;
   bool is_without_can_ = false;

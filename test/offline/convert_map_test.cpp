@@ -146,8 +146,9 @@ TEST_CASE("a LAS cloud in a national grid comes nearer by whole kilometres, and 
   for (const std::size_t bound : {179U, 187U})
     bytes = with_number_at(bytes, bound, number_at<double>(bytes, bound) + 548'000);
   const auto source = open_scans(folder.write("far.las", bytes));
-  std::vector<Point> points;
-  source->read(0, points);
+  ScanPoints scan;
+  source->read(0, scan);
+  const std::vector<Point>& points = scan.points;
   REQUIRE(source->warnings().size() == 1);
   CHECK_THAT(source->warnings()[0], Contains("548000") || Contains("547000"));
   for (std::size_t i = 0; i < points.size(); ++i) {

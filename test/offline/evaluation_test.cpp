@@ -50,8 +50,8 @@ class ScansInMemory final : public ScanSource {
  public:
   explicit ScansInMemory(std::vector<std::vector<Point>> scans) : scans_(std::move(scans)) {}
   [[nodiscard]] std::size_t size() const override { return scans_.size(); }
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    points = scans_[index];
+  bool read(std::size_t index, ScanPoints& scan) override {
+    scan.points = scans_[index];
     return true;
   }
   [[nodiscard]] std::string name(std::size_t) const override { return ""; }

@@ -258,9 +258,9 @@ class ThreadRanks {
 class FailingRoom final : public RoomSource {
  public:
   FailingRoom(std::size_t size, std::size_t failing) : RoomSource(size), failing_(failing) {}
-  bool read(std::size_t index, std::vector<Point>& points) override {
+  bool read(std::size_t index, ScanPoints& scan) override {
     if (index == failing_) throw InputError("scan9.synthetic", "cannot be read");
-    return RoomSource::read(index, points);
+    return RoomSource::read(index, scan);
   }
 
  private:

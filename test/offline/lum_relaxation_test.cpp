@@ -38,8 +38,8 @@ namespace {
 class Stuttering final : public RoomSource {
  public:
   using RoomSource::RoomSource;
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    return RoomSource::read(index < 2 ? 0 : index, points);
+  bool read(std::size_t index, ScanPoints& scan) override {
+    return RoomSource::read(index < 2 ? 0 : index, scan);
   }
 };
 
@@ -129,11 +129,11 @@ class SpoiltRoom final : public RoomSource {
   enum class Kind { unreadable, empty, not_a_number };
   SpoiltRoom(std::size_t size, std::size_t spoilt, Kind kind)
       : RoomSource(size), spoilt_(spoilt), kind_(kind) {}
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    if (index != spoilt_) return RoomSource::read(index, points);
+  bool read(std::size_t index, ScanPoints& scan) override {
+    if (index != spoilt_) return RoomSource::read(index, scan);
     if (kind_ == Kind::unreadable) throw InputError("scan3.synthetic", "ends in the middle");
-    points.clear();
-    if (kind_ == Kind::not_a_number) points.assign(100, {std::numeric_limits<float>::quiet_NaN(), 0, 0});
+    scan.clear();
+    if (kind_ == Kind::not_a_number) scan.points.assign(100, {std::numeric_limits<float>::quiet_NaN(), 0, 0});
     return true;
   }
 

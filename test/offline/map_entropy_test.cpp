@@ -17,8 +17,8 @@ class Clouds final : public RoomSource {
  public:
   explicit Clouds(std::vector<std::vector<Point>> clouds)
       : RoomSource(clouds.size()), clouds_(std::move(clouds)) {}
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    points = clouds_[index];
+  bool read(std::size_t index, ScanPoints& scan) override {
+    scan.points = clouds_[index];
     return true;
   }
 

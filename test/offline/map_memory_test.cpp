@@ -33,9 +33,9 @@ class DenseRoom final : public RoomSource {
  public:
   explicit DenseRoom(std::size_t size) : RoomSource(size) {}
   [[nodiscard]] static std::size_t points_of(std::size_t index) { return 20'000 + 20'000 * index; }
-  bool read(std::size_t index, std::vector<Point>& points) override {
+  bool read(std::size_t index, ScanPoints& scan) override {
     ++reads;
-    points = scan_room(index, points_of(index));
+    scan.points = scan_room(index, points_of(index));
     return true;
   }
   [[nodiscard]] std::uint64_t file_bytes(std::size_t index) const override { return 12 * points_of(index); }

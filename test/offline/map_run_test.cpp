@@ -21,9 +21,9 @@ class SpoiltRoom final : public RoomSource {
  public:
   SpoiltRoom(std::size_t size, std::size_t spoilt, std::vector<Point> points)
       : RoomSource(size), spoilt_(spoilt), points_(std::move(points)) {}
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    const bool is_there = RoomSource::read(index, points);
-    if (index == spoilt_) points = points_;
+  bool read(std::size_t index, ScanPoints& scan) override {
+    const bool is_there = RoomSource::read(index, scan);
+    if (index == spoilt_) scan.points = points_;
     return is_there;
   }
 

@@ -75,8 +75,9 @@ TEST_CASE("scans in a surveyed room are found to the centimetre, from poses some
 class InterruptedRoom final : public RoomSource {
  public:
   using RoomSource::RoomSource;
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    points = scan_room(index);
+  bool read(std::size_t index, ScanPoints& scan) override {
+    scan = {.points = scan_room(index), .time_s = {}, .intensity = {}};
+    std::vector<Point>& points = scan.points;
     if (index == 3)
       for (Point& point : points) point = {point.x * 3 + 40, point.y * 2, point.z * 4 + 30};
     if (index == 4) points.assign(20, {std::numeric_limits<float>::quiet_NaN(), 0, 0});

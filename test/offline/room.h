@@ -62,8 +62,9 @@ class RoomSource : public ScanSource {
  public:
   explicit RoomSource(std::size_t size) : size_(size) {}
   [[nodiscard]] std::size_t size() const override { return size_; }
-  bool read(std::size_t index, std::vector<Point>& points) override {
-    points = scan_room(index);
+  bool read(std::size_t index, ScanPoints& scan) override {
+    scan.clear();
+    scan.points = scan_room(index);
     return true;
   }
   [[nodiscard]] std::string name(std::size_t index) const override {

@@ -21,9 +21,9 @@ using Catch::Contains;
 namespace {
 
 std::vector<Point> read_all(ScanSource& source, std::size_t index = 0) {
-  std::vector<Point> points;
-  source.read(index, points);
-  return points;
+  ScanPoints scan;
+  source.read(index, scan);
+  return scan.points;
 }
 
 std::vector<Point> read_all(const std::filesystem::path& path, const ScanSourceOptions& options = {}) {

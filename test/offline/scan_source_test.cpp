@@ -22,9 +22,9 @@ using Catch::Contains;
 namespace {
 
 std::vector<Point> read_all(const std::filesystem::path& path) {
-  std::vector<Point> points;
-  open_scans(path)->read(0, points);
-  return points;
+  ScanPoints scan;
+  open_scans(path)->read(0, scan);
+  return scan.points;
 }
 
 void check_points(const std::vector<Point>& points, const std::vector<std::array<float, 3>>& expected) {
@@ -142,11 +142,11 @@ TEST_CASE("3DTK scans come in our frame and in metres, with the odometry of thei
   CHECK(source->number(1) == 1);
   CHECK_FALSE(source->stamp_s(0));
   CHECK_THAT(source->description(), Contains("2 scans") && Contains("3DTK") && Contains(".pose"));
-  std::vector<Point> points;
-  source->read(0, points);
-  check_points(points, {{{3, -1, 2}}, {{-3.148F, 0.048F, 0.014F}}});
-  source->read(1, points);
-  check_points(points, {{{0.03F, -0.01F, 0.02F}}, {{0.06F, -0.04F, 0.05F}}});
+  ScanPoints scan;
+  source->read(0, scan);
+  check_points(scan.points, {{{3, -1, 2}}, {{-3.148F, 0.048F, 0.014F}}});
+  source->read(1, scan);
+  check_points(scan.points, {{{0.03F, -0.01F, 0.02F}}, {{0.06F, -0.04F, 0.05F}}});
   REQUIRE(source->odometry(1));
   CHECK(same_pose(*source->odometry(1),
                   from_3dtk({{-211.673, 0, 142.138}, {0, -51.7758 / 180 * 3.14159265358979, 0}}), 1e-9));
@@ -184,9 +184,9 @@ TEST_CASE("a first 3DTK line with two numbers and a word is no header but a bad 
 TEST_CASE("a 3DTK header that promises another number of points is a warning") {
   const TemporaryFolder folder;
   const auto source = open_scans(folder.write("scan000.3d", "7\n1 2 3\n"));
-  std::vector<Point> points;
-  source->read(0, points);
-  source->read(0, points);
+  ScanPoints scan;
+  source->read(0, scan);
+  source->read(0, scan);
   REQUIRE(source->warnings().size() == 1);
   CHECK_THAT(source->warnings()[0], Contains("promises 7 points, 1 are there"));
 }
@@ -643,8 +643,8 @@ TEST_CASE("a file that goes away between opening and reading is an error") {
   const auto file = folder.write("scan000.3d", "1 2 3\n");
   const auto source = open_scans(file);
   std::filesystem::remove(file);
-  std::vector<Point> points;
-  CHECK_THROWS_WITH(source->read(0, points), Contains("scan000.3d"));
+  ScanPoints scan;
+  CHECK_THROWS_WITH(source->read(0, scan), Contains("scan000.3d"));
 }
 
 TEST_CASE("prefetching gives the same scans in any order, and throws an error where it belongs") {
@@ -655,29 +655,29 @@ TEST_CASE("prefetching gives the same scans in any order, and throws an error wh
   }
   PrefetchingScanSource source(open_scans(folder.path()));
   REQUIRE(source.size() == 20);
-  std::vector<Point> points;
+  ScanPoints scan;
   for (std::size_t i = 0; i < 20; ++i) {
     if (i == 13) {
-      CHECK_THROWS_WITH(source.read(i, points), Contains("scan013.3d:2:"));
+      CHECK_THROWS_WITH(source.read(i, scan), Contains("scan013.3d:2:"));
     } else {
-      source.read(i, points);
-      check_points(points, {{{static_cast<float>(i), 0, 0}}});
+      source.read(i, scan);
+      check_points(scan.points, {{{static_cast<float>(i), 0, 0}}});
     }
   }
   for (const std::size_t i : {5U, 5U, 4U, 18U, 19U, 0U}) {
-    source.read(i, points);
-    check_points(points, {{{static_cast<float>(i), 0, 0}}});
+    source.read(i, scan);
+    check_points(scan.points, {{{static_cast<float>(i), 0, 0}}});
   }
-  source.read(12, points);  // and leave while 13 fails
+  source.read(12, scan);  // and leave while 13 fails
 }
 
 TEST_CASE("real scans: 3DTK, small_gicp's PLY and libpointmatcher's CSV") {
   if (!test::has_test_data("icp_pairs")) return;
-  std::vector<Point> points;
+  ScanPoints scan;
   const auto uos = open_scans(test::test_data("icp_pairs/3dtk_dat"));
   REQUIRE(uos->size() == 3);
   CHECK(uos->odometry(2)->translation_m.x() == Approx(3.37973));
-  uos->read(0, points);
+  uos->read(0, scan);
   CHECK(points[1].x == 0.0581712F / 100);
   CHECK(points[1].y == -0.100996F);
   CHECK(std::all_of(points.begin(), points.end(), is_finite));

@@ -36,10 +36,10 @@ double error_m(const TemporaryFolder& folder, const std::string& map, const std:
 
 /// Of the coordinates on one axis of a cloud, how many different decimals there are: of half-metre steps two.
 std::size_t decimals_of(const std::filesystem::path& cloud, std::size_t axis) {
-  std::vector<Point> points;
-  open_scans(cloud)->read(0, points);
+  ScanPoints scan;
+  open_scans(cloud)->read(0, scan);
   std::set<int> decimals;
-  for (const Point& p : points) {
+  for (const Point& p : scan.points) {
     const double value = static_cast<double>(axis == 0 ? p.x : axis == 1 ? p.y : p.z);
     decimals.insert(static_cast<int>(std::lround((value - std::floor(value)) * 1000)));
   }
@@ -61,10 +61,10 @@ TEST_CASE("case decimal-names: mapped in the order of time") {
 
 TEST_CASE("case five-floats: nuScenes' sweeps are mapped") {
   if (!has("five-floats")) return;
-  std::vector<Point> points;
+  ScanPoints scan;
   const auto source = open_scans(at("five-floats/scans"));
-  source->read(0, points);
-  CHECK(points.size() == 7000);
+  source->read(0, scan);
+  CHECK(scan.size() == 7000);
   CHECK_THAT(source->warnings().at(0), Contains("five float32"));
 }
 
@@ -106,9 +106,9 @@ TEST_CASE("case las-tiles: two tiles of a flight adjoin") {
   double least[2] = {1e9, 1e9};
   double most[2] = {-1e9, -1e9};
   for (std::size_t tile = 0; tile < 2; ++tile) {
-    std::vector<Point> points;
-    source->read(tile, points);
-    for (const Point& p : points) {
+    ScanPoints scan;
+    source->read(tile, scan);
+    for (const Point& p : scan.points) {
       least[tile] = std::min(least[tile], static_cast<double>(p.x));
       most[tile] = std::max(most[tile], static_cast<double>(p.x));
     }
@@ -154,8 +154,8 @@ TEST_CASE("case text-clouds: fifty points in every form") {
   if (!has("text-clouds")) return;
   for (const char* name : {"bom.csv", "cc.asc", "count.xyz", "decimal-comma.csv", "lidarview.csv"}) {
     CAPTURE(name);
-    std::vector<Point> points;
-    open_scans(at(std::string("text-clouds/") + name))->read(0, points);
+    ScanPoints scan;
+    open_scans(at(std::string("text-clouds/") + name))->read(0, scan);
     REQUIRE(points.size() == 50);
     CHECK(points[0].x == Approx(3.807));
     CHECK(points[0].y == Approx(1.339));

@@ -20,7 +20,7 @@ struct PrefetchingScanSource::Worker {
       lock.unlock();
       std::exception_ptr caught;
       try {
-        is_there = source.read(index, points);
+        is_there = source.read(index, scan);
       } catch (...) {
         caught = std::current_exception();
       }
@@ -37,7 +37,7 @@ struct PrefetchingScanSource::Worker {
   std::condition_variable_any changed;
   std::optional<std::size_t> wanted;
   std::optional<std::size_t> ready;
-  std::vector<Point> points;
+  ScanPoints scan;
   bool is_there = true;
   std::exception_ptr error;
   std::jthread thread;  // last: it uses all of the above
@@ -48,7 +48,7 @@ PrefetchingScanSource::PrefetchingScanSource(std::unique_ptr<ScanSource> source)
 
 PrefetchingScanSource::~PrefetchingScanSource() = default;
 
-bool PrefetchingScanSource::read(std::size_t index, std::vector<Point>& points) {
+bool PrefetchingScanSource::read(std::size_t index, ScanPoints& scan) {
   Worker& worker = *worker_;
   std::unique_lock lock(worker.mutex);
   worker.changed.wait(lock, [&] { return !worker.wanted.has_value(); });
@@ -57,9 +57,9 @@ bool PrefetchingScanSource::read(std::size_t index, std::vector<Point>& points) 
     worker.ready.reset();
     is_there = worker.is_there;
     if (worker.error) std::rethrow_exception(std::exchange(worker.error, nullptr));
-    points.swap(worker.points);
+    std::swap(scan, worker.scan);
   } else {
-    is_there = source_->read(index, points);
+    is_there = source_->read(index, scan);
   }
   if (is_there && index + 1 < source_->size() && worker.ready != index + 1) {
     worker.wanted = index + 1;

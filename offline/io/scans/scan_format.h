@@ -1,4 +1,5 @@
-// One function a format: a file's bytes to points, InputError where they are not what the format promises.
+// One function a format: a file's bytes to points and their channels, InputError where they are not what the
+// format promises.
 #pragma once
 
 #include <array>
@@ -9,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alces/point.h"
+#include "scan_points.h"
 
 namespace alces::offline {
 
@@ -41,20 +42,20 @@ struct ScanBytes {
 
 /// x y z in cm of 3DTK's frame a line, further columns ignored. A first line that is a # comment, a count,
 /// "361 x 480" or words with one number at most is a header. 8 million points a second or more.
-void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points);
+void parse_3dtk(const ScanBytes& scan, ScanPoints& out);
 
 /// ascii, binary, binary_compressed; fields x y z of any type at any place.
-void parse_pcd(const ScanBytes& scan, std::vector<Point>& points);
+void parse_pcd(const ScanBytes& scan, ScanPoints& out);
 
 /// ascii, binary of either byte order; x y z of element vertex, everything else skipped.
-void parse_ply(const ScanBytes& scan, std::vector<Point>& points);
+void parse_ply(const ScanBytes& scan, ScanPoints& out);
 
 /// LAS 1.0 to 1.4, point formats 0 to 10; the header's bounds are not used. LAZ is refused: Debian has no
 /// library for it.
-void parse_las(const ScanBytes& scan, std::vector<Point>& points);
+void parse_las(const ScanBytes& scan, ScanPoints& out);
 
 /// Records without a header: float32 x y z intensity (KITTI) unless reading.record says otherwise.
-void parse_kitti(const ScanBytes& scan, std::vector<Point>& points);
+void parse_kitti(const ScanBytes& scan, ScanPoints& out);
 /// Four float32 (KITTI), or five (nuScenes: ... intensity ring) by what the numbers look like; a note in
 /// `warnings` when it is not KITTI's. InputError, with the remedy, when it is neither.
 [[nodiscard]] BinaryRecord recognise_record(const ScanBytes& scan);
@@ -64,6 +65,6 @@ void parse_kitti(const ScanBytes& scan, std::vector<Point>& points);
 /// Columns x y z by the names in the header (a comment counts, too), or the first three; separated by commas,
 /// semicolons, tabs or blanks. Decimal commas where another separator stands between the columns. A lone
 /// count above the points and a byte-order mark are passed over.
-void parse_csv(const ScanBytes& scan, std::vector<Point>& points);
+void parse_csv(const ScanBytes& scan, ScanPoints& out);
 
 }  // namespace alces::offline

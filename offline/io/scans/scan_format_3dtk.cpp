@@ -66,8 +66,9 @@ bool is_header(std::string_view line) {
 
 }  // namespace
 
-void parse_3dtk(const ScanBytes& scan, std::vector<Point>& points) {
-  points.clear();
+void parse_3dtk(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const std::string_view bytes = without_byte_order_mark(scan.bytes);
   const char* at = bytes.data();
   const char* const end = at + bytes.size();

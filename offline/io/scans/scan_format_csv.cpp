@@ -236,8 +236,9 @@ class CsvReader {
 
 }  // namespace
 
-void parse_csv(const ScanBytes& scan, std::vector<Point>& points) {
-  points.clear();
+void parse_csv(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   CsvReader(scan, points).read();
 }
 

@@ -102,7 +102,9 @@ BinaryRecord recognise_record(const ScanBytes& scan) {
   return kitti;
 }
 
-void parse_kitti(const ScanBytes& scan, std::vector<Point>& points) {
+void parse_kitti(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const BinaryRecord record = scan.reading.record ? *scan.reading.record : recognise_record(scan);
   if (scan.bytes.size() % record.bytes() != 0) {
     throw InputError(

@@ -67,7 +67,9 @@ Header read_header(const ScanBytes& scan) {
 
 }  // namespace
 
-void parse_las(const ScanBytes& scan, std::vector<Point>& points) {
+void parse_las(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const Header header = read_header(scan);
   points.resize(header.count);
   const char* record = scan.bytes.data() + header.points_at;

@@ -261,7 +261,9 @@ void parse_ascii(const ScanBytes& scan, const Header& header, std::vector<Point>
 
 }  // namespace
 
-void parse_pcd(const ScanBytes& scan, std::vector<Point>& points) {
+void parse_pcd(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const Header header = HeaderReader(scan).read();
   if (header.data == "ascii") {
     parse_ascii(scan, header, points);

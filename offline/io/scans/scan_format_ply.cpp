@@ -146,8 +146,9 @@ void read_vertices(const ScanBytes& scan, Body& body, const PlyElement& vertex, 
 
 }  // namespace
 
-void parse_ply(const ScanBytes& scan, std::vector<Point>& points) {
-  points.clear();
+void parse_ply(const ScanBytes& scan, ScanPoints& out) {
+  out.clear();
+  std::vector<Point>& points = out.points;
   const PlyHeader header = read_ply_header(scan.file, scan.bytes);
   Body body(scan, header);
   for (const PlyElement& element : header.elements) {

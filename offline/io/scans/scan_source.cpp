@@ -34,7 +34,7 @@ constexpr double max_stamp_difference_s = 0.02;
 struct Format {
   std::string_view name;
   std::string_view title;
-  void (*parse)(const ScanBytes& scan, std::vector<Point>& points);
+  void (*parse)(const ScanBytes& scan, ScanPoints& out);
   std::array<std::string_view, 4> extensions;  ///< those that make a file of a folder a scan
 };
 
@@ -99,8 +99,9 @@ class Probe {
     read_file(entry.file, bytes);
     if (entry.format->parse == parse_kitti && !reading_.record && !bytes.empty())
       reading_.record = recognise_record({entry.file, bytes, notes_});
-    std::vector<Point> points;
-    entry.format->parse({entry.file, bytes, ignored, reading_}, points);
+    ScanPoints scan;
+    entry.format->parse({entry.file, bytes, ignored, reading_}, scan);
+    std::vector<Point>& points = scan.points;
     std::erase_if(points, [](const Point& point) { return !is_finite(point); });
     if (points.empty()) return false;
     if (!find_origin(entry, points)) check_unit(entry, points);
@@ -171,12 +172,12 @@ class FileScanSource final : public ScanSource {
 
   [[nodiscard]] std::size_t size() const override { return entries_.size(); }
 
-  bool read(std::size_t index, std::vector<Point>& points) override {
+  bool read(std::size_t index, ScanPoints& scan) override {
     const Entry& entry = entries_.at(index);
     probe();
     read_file(entry.file, bytes_);
     std::vector<std::string> notes;
-    entry.format->parse({entry.file, bytes_, notes, reading_}, points);
+    entry.format->parse({entry.file, bytes_, notes, reading_}, scan);
     add_warnings(notes);
     return true;
   }

@@ -29,8 +29,8 @@
 #include <string>
 #include <vector>
 
-#include "alces/point.h"
 #include "alces/pose.h"
+#include "scan_points.h"
 
 namespace alces::offline {
 
@@ -51,10 +51,10 @@ class ScanSource {
   /// How many scans there are; of a source that finds out as it goes: at most, and exactly at its end.
   [[nodiscard]] virtual std::size_t size() const = 0;
 
-  /// Replaces `points` by those of scan `index`, NaN and Inf included, in file order. False: there is no such
-  /// scan, the source has ended (only of sources whose size() is not exact). Not to be called from two
-  /// threads at once; all other functions may run meanwhile.
-  virtual bool read(std::size_t index, std::vector<Point>& points) = 0;
+  /// Replaces `scan` by scan `index`: its points, NaN and Inf included, in file order, with the channels that
+  /// they have. False: there is no such scan, the source has ended (only of sources whose size() is not
+  /// exact). Not to be called from two threads at once; all other functions may run meanwhile.
+  virtual bool read(std::size_t index, ScanPoints& scan) = 0;
 
   /// What people call it: the file's name without folder.
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
@@ -98,7 +98,7 @@ void choose_odometry(const std::string& option, ScanSourceOptions& options);
 [[nodiscard]] std::unique_ptr<ScanSource> open_scans(std::span<const std::filesystem::path> files,
                                                      const ScanSourceOptions& options = {});
 
-/// Parses scan i+1 on a second thread while the caller works on scan i. The caller's vector and the next scan
+/// Parses scan i+1 on a second thread while the caller works on scan i. The caller's scan and the next one
 /// are all that is held. Same points in the same order as the source alone; an error in scan i+1 is thrown by
 /// the read() that asks for it.
 class PrefetchingScanSource final : public ScanSource {
@@ -107,7 +107,7 @@ class PrefetchingScanSource final : public ScanSource {
   ~PrefetchingScanSource() override;
 
   [[nodiscard]] std::size_t size() const override;
-  bool read(std::size_t index, std::vector<Point>& points) override;
+  bool read(std::size_t index, ScanPoints& scan) override;
   [[nodiscard]] std::string name(std::size_t index) const override;
   [[nodiscard]] std::size_t number(std::size_t index) const override;
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override;

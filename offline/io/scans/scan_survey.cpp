@@ -43,12 +43,12 @@ class CellCounter {
 };
 
 /// Empty where it cannot be read.
-void read_if_possible(ScanSource& scans, std::size_t index, std::vector<Point>& points) {
-  points.clear();
+void read_if_possible(ScanSource& scans, std::size_t index, ScanPoints& scan) {
+  scan.clear();
   try {
-    if (!scans.read(index, points)) points.clear();
+    if (!scans.read(index, scan)) scan.clear();
   } catch (const Error&) {
-    points.clear();
+    scan.clear();
   }
 }
 
@@ -61,8 +61,9 @@ std::uint32_t most_cells(ScanSource& scans, const VoxelGridConfig& voxel, std::u
     if (scans.file_bytes(i) > scans.file_bytes(largest)) largest = i;
   }
   if (scans.size() == 0 || scans.file_bytes(largest) == 0) return enough;
-  std::vector<Point> points;
-  read_if_possible(scans, largest, points);
+  ScanPoints scan;
+  const std::vector<Point>& points = scan.points;
+  read_if_possible(scans, largest, scan);
   // Numbers in text are not all as long.
   const double points_a_byte =
       1.25 * static_cast<double>(points.size()) / static_cast<double>(scans.file_bytes(largest));
@@ -73,7 +74,7 @@ std::uint32_t most_cells(ScanSource& scans, const VoxelGridConfig& voxel, std::u
     if (i == largest) continue;
     if (is_stopped && is_stopped()) break;
     if (is_known && points_a_byte * static_cast<double>(scans.file_bytes(i)) <= most) continue;
-    read_if_possible(scans, i, points);
+    read_if_possible(scans, i, scan);
     if (points.size() > most) most = std::max(most, counter.cells(points));
   }
   return most;

@@ -1,7 +1,8 @@
 // A source that gives its scans only once and in order (a recorded drive), made one that gives any scan at
 // any time: all are read at the beginning, into a scratch file without a name that goes away with the object.
 //
-// 12 bytes a point on the disk of `folder`; in memory one scan and what is known of each.
+// 12 bytes a point on the disk of `folder`, 4 more for times, 1 for intensities; in memory one scan and what
+// is known of each.
 #pragma once
 
 #include <filesystem>
@@ -25,7 +26,7 @@ class SpooledScanSource final : public ScanSource {
   ~SpooledScanSource() override;
 
   [[nodiscard]] std::size_t size() const override { return scans_.size(); }
-  bool read(std::size_t index, std::vector<Point>& points) override;
+  bool read(std::size_t index, ScanPoints& scan) override;
   [[nodiscard]] std::string name(std::size_t index) const override { return scans_[index].name; }
   [[nodiscard]] std::size_t number(std::size_t index) const override { return scans_[index].number; }
   [[nodiscard]] std::optional<Pose> odometry(std::size_t index) const override {
@@ -41,6 +42,8 @@ class SpooledScanSource final : public ScanSource {
   struct Scan {
     std::uint64_t begin = 0;
     std::size_t points = 0;
+    bool has_time = false;
+    bool has_intensity = false;
     std::string name;
     std::size_t number = 0;
     std::optional<Pose> odometry;

@@ -72,10 +72,10 @@ std::unique_ptr<PreparedScan> ScanCache::fetch(std::uint32_t scan) {
     ++counters_.brought_back;
     return prepared;
   }
-  std::vector<Point> points;
+  ScanPoints read;
   {
     const std::lock_guard lock(reading_);
-    if (!source_.read(source_index_[scan], points))
+    if (!source_.read(source_index_[scan], read))
       throw InputError(
           fmt::format("{} ({}) is missing: the source ends before it; give the scans that the map was "
                       "made of",
@@ -90,7 +90,7 @@ std::unique_ptr<PreparedScan> ScanCache::fetch(std::uint32_t scan) {
     }
   }
   if (!preparation) preparation = std::make_unique<ScanPreparation>(settings_);
-  *prepared = preparation->prepare(points);
+  *prepared = preparation->prepare(read.points);
   if (scratch_) scratch_->write(scan, prepared->to_bytes());
   {
     const std::lock_guard lock(idle_mutex_);

@@ -20,13 +20,15 @@ void parse_cloud(std::span<const std::uint8_t> bytes, const char* name, const Pa
   const std::filesystem::path file(name);
   const std::string text(as_text(bytes));  // a 0 behind its end
   std::vector<std::string> warnings;
-  std::vector<Point> points;
+  offline::ScanPoints scan;
   try {
-    parse(ScanBytes{file, text, warnings}, points);
+    parse(ScanBytes{file, text, warnings}, scan);
   } catch (const offline::InputError&) {
     return;
   }
-  require(points.size() <= bytes.size(), "a point takes a byte at least");
+  require(scan.size() <= bytes.size(), "a point takes a byte at least");
+  require(scan.time_s.empty() || scan.time_s.size() == scan.size(), "a time a point");
+  require(scan.intensity.empty() || scan.intensity.size() == scan.size(), "an intensity a point");
 }
 
 ALCES_FUZZ_TARGET(pcd) {
@@ -45,10 +47,10 @@ ALCES_FUZZ_TARGET(uos) {
   parse_cloud(bytes, "scan000.3d", offline::parse_3dtk);
 }
 ALCES_FUZZ_TARGET(kitti) {
-  parse_cloud(bytes, "000000.bin", [](const ScanBytes& scan, std::vector<Point>& points) {
+  parse_cloud(bytes, "000000.bin", [](const ScanBytes& scan, offline::ScanPoints& out) {
     ScanBytes recognised = scan;
     recognised.reading.record = offline::recognise_record(scan);
-    offline::parse_kitti(recognised, points);
+    offline::parse_kitti(recognised, out);
   });
 }
 
@@ -68,10 +70,10 @@ ALCES_FUZZ_TARGET(scan_folder) {
                 [&](std::string_view name, std::string_view content) { folder.write(name, content); });
   try {
     const auto scans = offline::open_scans(folder.path());
-    std::vector<Point> points;
+    offline::ScanPoints scan;
     for (std::size_t i = 0; i < scans->size(); ++i) {
       try {
-        require(scans->read(i, points), "a scan of a folder is there");
+        require(scans->read(i, scan), "a scan of a folder is there");
       } catch (const offline::InputError&) {
       }
       (void)scans->odometry(i);
