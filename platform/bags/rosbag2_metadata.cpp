@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 
 #include "bag_files.h"
 
@@ -28,8 +26,9 @@ bool read_rosbag2_metadata(const std::filesystem::path& file, Rosbag2Metadata& m
     what = std::string("is too large to be what ROS 2 writes") + without_it;
     return false;
   }
-  std::ifstream stream(file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::vector<std::uint8_t> content(static_cast<std::size_t>(size_of(file)));
+  FileSource source(file.c_str());
+  const std::string bytes(reinterpret_cast<const char*>(content.data()), source.read(content));
   try {
     const YAML::Node all = YAML::Load(bytes);
     const YAML::Node bag = all.IsMap() ? all["rosbag2_bagfile_information"] : YAML::Node();

@@ -105,7 +105,6 @@ class Statement {
     if (bytes == nullptr || size <= 0) return {};
     return {static_cast<const std::uint8_t*>(bytes), static_cast<std::size_t>(size)};
   }
-  void bind(int place, std::int64_t number) { sqlite3_bind_int64(statement_, place, number); }
 
  private:
   sqlite3_stmt* statement_ = nullptr;
@@ -123,13 +122,16 @@ class SqliteBag final : public BagReader {
     read_definitions();
     std::string chosen;
     for (const auto& [id, place] : places_) {
-      if (is_asked_for(topics, channels_[place].topic))
-        chosen += (chosen.empty() ? "" : ",") + std::to_string(id);
+      if (!is_asked_for(topics, channels_[place].topic)) continue;
+      if (!chosen.empty()) chosen.push_back(',');
+      chosen += std::to_string(id);
     }
-    const std::string where = topics.empty() ? "" : " WHERE topic_id IN (" + chosen + ")";
+    std::string where;
+    if (!topics.empty()) where.append(" WHERE topic_id IN (").append(chosen).append(")");
     // Without an index SQLite would sort the whole file beside it: then they come as they were written.
     const std::string order = has("index", "timestamp_idx") ? " ORDER BY timestamp" : " ORDER BY id";
-    messages_.emplace(database_, "SELECT topic_id, timestamp, data FROM messages" + where + order);
+    std::string sql = "SELECT topic_id, timestamp, data FROM messages";
+    messages_.emplace(database_, sql.append(where).append(order));
     count_rows();
   }
 
@@ -163,8 +165,9 @@ class SqliteBag final : public BagReader {
  private:
   [[nodiscard]] bool has(const std::string& kind, const std::string& name) const {
     // A view or a virtual table would run what somebody else wrote.
-    Statement statement(database_, "SELECT sql FROM sqlite_master WHERE type = '" + kind + "' AND name = '" + name +
-                                       "' AND sql LIKE 'CREATE " + kind + "%'");
+    std::string sql = "SELECT sql FROM sqlite_master WHERE type = '";
+    sql.append(kind).append("' AND name = '").append(name).append("' AND sql LIKE 'CREATE ").append(kind).append("%'");
+    Statement statement(database_, sql);
     return statement.step();
   }
 

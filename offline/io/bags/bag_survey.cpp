@@ -46,7 +46,7 @@ class Surveyor {
 
   void add_channels(const bags::BagReader& bag) {
     for (std::size_t i = survey_.topics.size(); i < bag.channels().size(); ++i)
-      survey_.topics.push_back({.channel = bag.channels()[i]});
+      survey_.topics.emplace_back().channel = bag.channels()[i];
   }
 
  private:
@@ -84,9 +84,10 @@ class Surveyor {
     const std::optional<bags::PointCloud2> cloud = bags::read_point_cloud2(cursor);
     if (!cloud) return note_damage(topic, "is too short for its type");
     if (const std::string problem = bags::layout_problem(*cloud); !problem.empty()) return note_damage(topic, problem);
-    if (topic.layout.empty()) {
-      topic.layout = layout_text(*cloud);
+    if (topic.layout.empty()) topic.layout = layout_text(*cloud);
+    if (topic.points < 2) {
       topic.points = cloud->points();
+      topic.channels = look_at_channels(*cloud, stamp_ns);
     }
     if (!topic.scans.empty() && stamp_ns <= topic.scans.back().stamp_ns) {
       ++topic.late;
@@ -116,6 +117,12 @@ class Surveyor {
 double SurveyedTopic::rate_hz() const {
   if (messages < 2 || last_log_ns <= first_log_ns) return 0;
   return static_cast<double>(messages - 1) / (1e-9 * static_cast<double>(last_log_ns - first_log_ns));
+}
+
+double SurveyedTopic::interval_s() const {
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < scans.size(); ++i) steps_ns.push_back(scans[i].stamp_ns - scans[i - 1].stamp_ns);
+  return 1e-9 * static_cast<double>(median_ns(std::move(steps_ns)));
 }
 
 std::int64_t SurveyedTopic::delay_ns() const {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "alces_platform/bags/bag_reader.h"
+#include "cloud_channels.h"
 #include "frame_tree.h"
 #include "pose_track.h"
 
@@ -35,6 +36,7 @@ struct SurveyedTopic {
   std::string child;         ///< of the first pose
   std::string layout;        ///< of the first scan: "x y z float32, intensity float32, time float32"
   std::uint64_t points = 0;  ///< of the first scan
+  ChannelFacts channels;     ///< of the first scan with points
   bool has_header = false;
   std::uint64_t without_stamp = 0;  ///< whose header's stamp is 0
   std::uint64_t damaged = 0;        ///< that do not decode as their type
@@ -45,6 +47,8 @@ struct SurveyedTopic {
   PoseTrack poses;
 
   [[nodiscard]] double rate_hz() const;
+  /// From one scan to the next, in the median; 0 where there are none.
+  [[nodiscard]] double interval_s() const;
   /// Recorded - stamped, in the median of the first messages; 0 where there are none.
   [[nodiscard]] std::int64_t delay_ns() const;
 };
