@@ -342,7 +342,8 @@ void convert_map(const Options& options, const MapConversion& conversion) {
 }
 
 void convert(Options options) {
-  if (!fs::exists(options.in) && !names_bag_topic(options.in)) throw InputError(options.in, "does not exist; check the path");
+  if (!fs::exists(options.in) && !names_bag_topic(options.in))
+    throw InputError(options.in, "does not exist; check the path");
   std::error_code error;
   if (fs::equivalent(options.in, options.out, error))
     throw UsageError(fmt::format("{} is both read and written; name another OUT", options.in));
@@ -373,13 +374,14 @@ void add_convert_command(CLI::App& alces) {
   CLI::App* verb = alces.add_subcommand(
       "convert", "Drives, maps, clouds, trajectories and pose graphs in the forms of other programs.");
   verb->footer(footer);
-  verb->add_option("IN", options->in,
-                   "a recording (.mcap), a bag, traces, a map folder, scans, a cloud, a trajectory or a pose graph")
+  verb->add_option(
+          "IN", options->in,
+          "a recording (.mcap), a bag, traces, a map folder, scans, a cloud, a trajectory or a pose graph")
       ->required();
   verb->add_option("OUT", options->out, "the file or folder to write; its name says the form")->required();
   verb->add_option("--to", options->to, "the form of OUT, where its name does not say it")
-      ->check(CLI::IsMember(
-          {"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o", "toro", "mcap", "scans"}));
+      ->check(CLI::IsMember({"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o",
+                             "toro", "mcap", "scans"}));
   verb->add_option("--odometry", options->odometry,
                    "poses of the scans, instead of those beside them; none: no poses at all");
   verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")

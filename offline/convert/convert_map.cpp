@@ -14,11 +14,11 @@
 #include <utility>
 
 #include "alces_drivers/stamp.h"
+#include "alces_platform/bags/bag_reader.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
 #include "cloud_writer.h"
 #include "graph_conversion.h"
-#include "alces_platform/bags/bag_reader.h"
 #include "offline/io/bags/bag_trajectory.h"
 #include "offline/io/bags/own_recording.h"
 #include "offline/io/files/error.h"
@@ -500,8 +500,8 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
   MapConversionReport report;
   if (conversion.form == ConversionForm::scan_folder) {
     if (conversion.source != ConversionSource::scans && conversion.source != ConversionSource::cloud)
-      throw UsageError(fmt::format("{} is no bag and no scans; a folder of scans comes of these",
-                                   conversion.in.string()));
+      throw UsageError(
+          fmt::format("{} is no bag and no scans; a folder of scans comes of these", conversion.in.string()));
     write_scan_folder(conversion, report, progress);
     return report;
   }

@@ -1,7 +1,8 @@
 // What `alces convert` does with clouds, scans, maps, trajectories and pose graphs. (Drives, which are
 // events, are converted by platform/replay.)
 //
-//   in:  a map folder, a folder of scans, a bag or one cloud (all that open_scans reads), a trajectory, a pose graph
+//   in:  a map folder, a folder of scans, a bag or one cloud (all that open_scans reads), a trajectory, a
+//   pose graph
 //        (g2o, TORO), a recording with the scans and poses that alcesd mapped
 //   out: a cloud (PLY, PCD, LAS, CSV, KITTI .bin), a trajectory (TUM, KITTI, 3DTK frames), a pose graph, a
 //        recording (MCAP); a folder of scans, as PCD in the body's frame, with odometry.tum beside them

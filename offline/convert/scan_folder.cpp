@@ -33,7 +33,8 @@ void write_scan_folder(const MapConversion& conversion, MapConversionReport& rep
   ScanPoints scan;
   for (std::size_t i = 0; i < scans->size() && scans->read(i, scan); ++i) {
     const std::optional<double> stamp_s = scans->stamp_s(i);
-    const std::string name = stamp_s ? fmt::format("{:.9f}.pcd", *stamp_s) : fmt::format("{:06}.pcd", scans->number(i));
+    const std::string name =
+        stamp_s ? fmt::format("{:.9f}.pcd", *stamp_s) : fmt::format("{:06}.pcd", scans->number(i));
     const std::unique_ptr<CloudWriter> writer =
         open_cloud_writer(stage.staging() / name, CloudForm::pcd, scans->origin_m());
     writer->add(scan.points, static_cast<std::uint32_t>(scans->number(i)), stamp_s.value_or(0));

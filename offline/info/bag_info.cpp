@@ -8,7 +8,9 @@
 #include <optional>
 #include <vector>
 
+#include "alces_drivers/stamp.h"
 #include "alces_platform/bags/messages.h"
+#include "alces_platform/bags/point_cloud.h"
 #include "offline/io/bags/bag_choice.h"
 #include "offline/io/bags/bag_survey.h"
 #include "offline/io/files/error.h"
@@ -19,12 +21,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string utc_text(std::int64_t utc_ns) {
-  const std::chrono::sys_seconds time(std::chrono::floor<std::chrono::seconds>(std::chrono::nanoseconds(utc_ns)));
+  const std::chrono::sys_seconds time(
+      std::chrono::floor<std::chrono::seconds>(std::chrono::nanoseconds(utc_ns)));
   return fmt::format("{:%Y-%m-%d %H:%M:%S}Z", time);
 }
 
 /// What a topic is used for; none: for nothing.
-std::optional<std::string> use_of(const BagSurvey& survey, std::size_t place, const std::optional<BagChoice>& choice) {
+std::optional<std::string> use_of(const BagSurvey& survey, std::size_t place,
+                                  const std::optional<BagChoice>& choice) {
   const SurveyedTopic& topic = survey.topics[place];
   const std::string& type = topic.channel.type;
   if (topic.messages == 0) return "no messages";
@@ -38,7 +42,7 @@ std::optional<std::string> use_of(const BagSurvey& survey, std::size_t place, co
       return "frames";
     }
   }
-  if (is_scan_type(type)) return topic.scans.empty() ? topic.first_problem : "scans with --topic";
+  if (bags::is_cloud_type(type)) return topic.scans.empty() ? topic.first_problem : "scans with --topic";
   if (bags::is_pose_type(type) && !topic.poses.is_empty()) return "odometry with --topic";
   return std::nullopt;
 }
@@ -62,7 +66,7 @@ Json describe_topic(const BagSurvey& survey, std::size_t place, const std::optio
   if (topic.damaged > 0) json["damaged"] = topic.damaged;
   if (topic.late > 0) json["not_later_than_the_one_before"] = topic.late;
   if (topic.without_stamp > 0) json["without_stamp"] = topic.without_stamp;
-  if (topic.has_header) json["recorded_after_stamp_s"] = 1e-9 * static_cast<double>(topic.delay_ns());
+  if (topic.has_header) json["recorded_after_stamp_s"] = seconds(topic.delay_ns());
   if (const auto use = use_of(survey, place, choice)) json["use"] = *use;
   return json;
 }
@@ -119,7 +123,7 @@ Json describe_bag(const std::filesystem::path& bag, const BagTopics& asked,
     end_ns = std::max(end_ns, topic.last_log_ns);
   }
   if (begin_ns <= end_ns) {
-    json["duration_s"] = 1e-9 * static_cast<double>(end_ns - begin_ns);
+    json["duration_s"] = seconds(end_ns - begin_ns);
     json["begin_utc"] = utc_text(begin_ns);
   }
   Json topics = Json::object();
@@ -133,16 +137,18 @@ Json describe_bag(const std::filesystem::path& bag, const BagTopics& asked,
 
 std::string bag_text(const Json& description) {
   std::string text;
-  const auto line = [&](const char* key, const std::string& value) { text += fmt::format("{}: {}\n", key, value); };
+  const auto line = [&](const char* key, const std::string& value) {
+    text += fmt::format("{}: {}\n", key, value);
+  };
   line("path", text_of(description["path"]));
   line("kind", fmt::format("bag, {}", text_of(description["form"])));
   if (!description["is_whole"].get<bool>()) text += "problems:\n";
   for (const Json& problem : description.value("problems", Json::array()))
     text += fmt::format("  {}\n", text_of(problem));
   if (description.contains("duration_s"))
-    line("recorded", fmt::format("{:.1f} s from {}, {} messages, {} bytes", description["duration_s"].get<double>(),
-                                 text_of(description["begin_utc"]), text_of(description["messages"]),
-                                 text_of(description["bytes"])));
+    line("recorded", fmt::format("{:.1f} s from {}, {} messages, {} bytes",
+                                 description["duration_s"].get<double>(), text_of(description["begin_utc"]),
+                                 text_of(description["messages"]), text_of(description["bytes"])));
   std::size_t topic_width = 5;
   std::size_t type_width = 4;
   std::size_t frame_width = 5;
@@ -151,12 +157,13 @@ std::string bag_text(const Json& description) {
     type_width = std::max(type_width, text_of(topic["type"]).size());
     frame_width = std::max(frame_width, topic.value("frame", std::string()).size());
   }
-  text += fmt::format("\n{:<{}}  {:<{}}  {:>9}  {:>8}  {:<{}}  use\n", "topic", topic_width, "type", type_width,
-                      "messages", "Hz", "frame", frame_width);
+  text += fmt::format("\n{:<{}}  {:<{}}  {:>9}  {:>8}  {:<{}}  use\n", "topic", topic_width, "type",
+                      type_width, "messages", "Hz", "frame", frame_width);
   for (const auto& [name, topic] : description["topics"].items()) {
-    text += fmt::format("{:<{}}  {:<{}}  {:>9}  {:>8.1f}  {:<{}}  {}\n", name, topic_width, text_of(topic["type"]),
-                        type_width, topic["messages"].get<std::uint64_t>(), topic["rate_hz"].get<double>(),
-                        topic.value("frame", std::string()), frame_width, topic.value("use", std::string("-")));
+    text += fmt::format("{:<{}}  {:<{}}  {:>9}  {:>8.1f}  {:<{}}  {}\n", name, topic_width,
+                        text_of(topic["type"]), type_width, topic["messages"].get<std::uint64_t>(),
+                        topic["rate_hz"].get<double>(), topic.value("frame", std::string()), frame_width,
+                        topic.value("use", std::string("-")));
     if (topic.contains("fields"))
       text += fmt::format("{:<{}}  {} points: {}{}\n", "", topic_width, text_of(topic["points"]),
                           text_of(topic["fields"]),
@@ -168,9 +175,9 @@ std::string bag_text(const Json& description) {
     line("no map can be made", text_of(map["not_possible"]));
     return text;
   }
-  line("a map is made of", fmt::format("{} in {}, body {}, odometry {}", text_of(map["scans"]),
-                                       text_of(map["scans_frame"]), text_of(map["body_frame"]),
-                                       text_of(map["odometry"])));
+  line("a map is made of",
+       fmt::format("{} in {}, body {}, odometry {}", text_of(map["scans"]), text_of(map["scans_frame"]),
+                   text_of(map["body_frame"]), text_of(map["odometry"])));
   for (const Json& note : map.value("notes", Json::array())) text += fmt::format("  {}\n", text_of(note));
   return text;
 }

@@ -11,8 +11,9 @@
 namespace alces::offline {
 
 /// InputError.
-[[nodiscard]] nlohmann::ordered_json describe_bag(const std::filesystem::path& bag, const BagTopics& asked,
-                                                  const std::function<void(std::size_t, std::size_t)>& progress = {});
+[[nodiscard]] nlohmann::ordered_json describe_bag(
+    const std::filesystem::path& bag, const BagTopics& asked,
+    const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 /// The same for people, with the topics as a table.
 [[nodiscard]] std::string bag_text(const nlohmann::ordered_json& description);

@@ -388,7 +388,8 @@ void add_info_command(CLI::App& alces) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = alces.add_subcommand("info", "What a file or folder holds.");
   verb->footer(footer);
-  verb->add_option("ANY", options->path, "scans, a recording, a bag, a trajectory, a map folder or a pose graph")
+  verb->add_option("ANY", options->path,
+                   "scans, a recording, a bag, a trajectory, a map folder or a pose graph")
       ->required();
   add_bag_options(*verb, options->bag);
   verb->add_flag("--json", options->json, "for machines");

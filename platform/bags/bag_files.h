@@ -14,10 +14,12 @@ namespace alces::bags {
 
 using Topics = std::set<std::string>;
 
-[[nodiscard]] std::unique_ptr<BagReader> open_mcap_bag(const std::filesystem::path& file, const Topics& topics);
+[[nodiscard]] std::unique_ptr<BagReader> open_mcap_bag(const std::filesystem::path& file,
+                                                       const Topics& topics);
 [[nodiscard]] std::unique_ptr<BagReader> open_sqlite_bag(const std::filesystem::path& file,
                                                          const Topics& topics);
-[[nodiscard]] std::unique_ptr<BagReader> open_ros1_bag(const std::filesystem::path& file, const Topics& topics);
+[[nodiscard]] std::unique_ptr<BagReader> open_ros1_bag(const std::filesystem::path& file,
+                                                       const Topics& topics);
 [[nodiscard]] std::unique_ptr<BagReader> open_rosbag2_folder(const std::filesystem::path& folder,
                                                              const Topics& topics);
 
@@ -28,7 +30,7 @@ using Topics = std::set<std::string>;
 /// 0 where it cannot be told.
 [[nodiscard]] std::uint64_t size_of(const std::filesystem::path& file);
 
-/// Signed nanoseconds of an unsigned stamp; what does not fit stands for the end of time.
-[[nodiscard]] std::int64_t signed_ns(std::uint64_t stamp_ns);
+/// Later than latest_stamp_ns is no time: it stands for the end of all.
+[[nodiscard]] std::int64_t sane_ns(std::uint64_t stamp_ns);
 
 }  // namespace alces::bags

@@ -24,7 +24,7 @@ class McapBag final : public BagReader {
     while (mcap_.next(read)) {
       const std::size_t channel = place_of(read.channel);
       if (!is_asked_for(topics_, channels_[channel].topic)) continue;
-      message = {channel, signed_ns(read.log_time_ns), read.data};
+      message = {channel, sane_ns(read.log_time_ns), read.data};
       return true;
     }
     if (mcap_.read_error() != 0)
@@ -53,8 +53,11 @@ class McapBag final : public BagReader {
     const auto [found, is_new] = places_.try_emplace(id, channels_.size());
     if (!is_new) return found->second;
     const mcap::ReadChannel& read = mcap_.channels().at(id);
-    Channel channel = {read.topic, plain_type(read.schema), encoding_called(read.message_encoding),
-                       read.message_encoding, {}};
+    Channel channel = {read.topic,
+                       plain_type(read.schema),
+                       encoding_called(read.message_encoding),
+                       read.message_encoding,
+                       {}};
     for (const auto& [schema_id, schema] : mcap_.schemas()) {
       const bool is_text = schema.encoding == "ros2msg" || schema.encoding == "ros1msg";
       if (schema.name == read.schema && is_text) channel.definition = schema.definition;

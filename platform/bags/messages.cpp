@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "alces_platform/bags/point_cloud.h"
+
 namespace alces::bags {
 namespace {
 
@@ -135,10 +137,9 @@ std::optional<Header> read_header(MessageCursor message) {
 }
 
 bool begins_with_header(const Channel& channel) {
-  if (is_pose_type(channel.type)) return true;
-  constexpr std::array<std::string_view, 6> types = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
-                                                     "sensor_msgs/JointState",  "sensor_msgs/Imu",
-                                                     "sensor_msgs/NavSatFix",   "nav_msgs/Path"};
+  if (is_pose_type(channel.type) || is_cloud_type(channel.type)) return true;
+  constexpr std::array<std::string_view, 4> types = {"sensor_msgs/JointState", "sensor_msgs/Imu",
+                                                     "sensor_msgs/NavSatFix", "nav_msgs/Path"};
   if (std::find(types.begin(), types.end(), channel.type) != types.end()) return true;
   // the first line that is neither empty, nor a remark, nor a constant
   std::string_view rest = channel.definition;

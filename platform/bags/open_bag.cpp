@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "alces_drivers/stamp.h"
 #include "bag_files.h"
 #include "zstd_source.h"
 
@@ -43,8 +44,8 @@ std::uint64_t size_of(const fs::path& file) {
   return failed ? 0 : bytes;
 }
 
-std::int64_t signed_ns(std::uint64_t stamp_ns) {
-  return static_cast<std::int64_t>(std::min<std::uint64_t>(stamp_ns, INT64_MAX));
+std::int64_t sane_ns(std::uint64_t stamp_ns) {
+  return static_cast<std::int64_t>(std::min<std::uint64_t>(stamp_ns, latest_stamp_ns));
 }
 
 bool is_bag(const fs::path& file_or_folder) {
@@ -73,7 +74,8 @@ std::unique_ptr<BagReader> open_bag(const fs::path& file_or_folder, const Topics
   if (extension == ".mcap") return open_mcap_bag(file_or_folder, topics);
   if (extension == ".db3") return open_sqlite_bag(file_or_folder, topics);
   if (extension == ".bag") return open_ros1_bag(file_or_folder, topics);
-  throw BagError(file_or_folder, "is no bag by its name: .mcap, .db3 and .bag are read, and rosbag2's folders");
+  throw BagError(file_or_folder,
+                 "is no bag by its name: .mcap, .db3 and .bag are read, and rosbag2's folders");
 }
 
 }  // namespace alces::bags

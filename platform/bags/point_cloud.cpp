@@ -83,8 +83,10 @@ std::string layout_problem(const PointCloud2& cloud) {
   const std::uint64_t rows_before = std::uint64_t{cloud.height} - 1;
   const std::uint64_t last_row_bytes = std::uint64_t{cloud.width} * cloud.point_step;
   const std::uint64_t available = cloud.data.size();
-  if (last_row_bytes > available || (rows_before > 0 && row_bytes(cloud) > (available - last_row_bytes) / rows_before))
-    return "says that it has " + std::to_string(cloud.points()) + " points, and its data is too short for them";
+  if (last_row_bytes > available ||
+      (rows_before > 0 && row_bytes(cloud) > (available - last_row_bytes) / rows_before))
+    return "says that it has " + std::to_string(cloud.points()) +
+           " points, and its data is too short for them";
   return {};
 }
 

@@ -21,7 +21,14 @@ constexpr std::string_view version_line = "#ROSBAG V2.0\n";
 constexpr std::uint32_t largest_header_bytes = std::uint32_t{1} << 20;
 constexpr std::uint32_t largest_chunk_bytes = std::uint32_t{1} << 30;
 
-enum class Op : std::uint8_t { message = 2, bag_header = 3, index = 4, chunk = 5, chunk_info = 6, connection = 7 };
+enum class Op : std::uint8_t {
+  message = 2,
+  bag_header = 3,
+  index = 4,
+  chunk = 5,
+  chunk_info = 6,
+  connection = 7
+};
 
 /// The fields of a record's header.
 class Fields {
@@ -96,8 +103,8 @@ class Ros1Bag final : public BagReader {
   [[nodiscard]] std::uint64_t total_bytes() const override { return total_bytes_; }
 
  private:
-  /// The next `size` bytes of the file, fewer at its end; valid until the next call. Grows as bytes arrive, so
-  /// that an absurd length costs nothing.
+  /// The next `size` bytes of the file, fewer at its end; valid until the next call. Grows as bytes arrive,
+  /// so that an absurd length costs nothing.
   Bytes take(std::size_t size) {
     constexpr std::size_t step_bytes = std::size_t{4} << 20;
     std::size_t filled = 0;
@@ -120,9 +127,7 @@ class Ros1Bag final : public BagReader {
     is_over_ = true;
     return false;
   }
-  bool cut() {
-    return end("was cut at byte " + std::to_string(position_) + "; what came before is read");
-  }
+  bool cut() { return end("was cut at byte " + std::to_string(position_) + "; what came before is read"); }
 
   /// One length of 32 bits. False: the file ends here.
   bool take_length(std::uint32_t& length, bool& is_end) {
@@ -141,9 +146,10 @@ class Ros1Bag final : public BagReader {
     bool is_end = false;
     if (!take_length(header_bytes, is_end)) {
       if (!is_end) return cut();
-      return end(has_index_ || channels_.empty() ? ""
-                                                 : "has no index, it was not closed when it was recorded; all of "
-                                                   "it is read all the same");
+      return end(has_index_ || channels_.empty()
+                     ? ""
+                     : "has no index, it was not closed when it was recorded; all of "
+                       "it is read all the same");
     }
     if (header_bytes > largest_header_bytes) return end(nonsense(begin));
     const Bytes header = take(header_bytes);
@@ -201,9 +207,10 @@ class Ros1Bag final : public BagReader {
       return;
     }
     if (!can_unpack_ros1(compression)) {
-      problem(file_, "has a chunk packed by '" + compression.substr(0, 40) +
-                         "', which is not supported; its messages are missing ('rosbag decompress' makes a file "
-                         "that can be read)");
+      problem(file_,
+              "has a chunk packed by '" + compression.substr(0, 40) +
+                  "', which is not supported; its messages are missing ('rosbag decompress' makes a file "
+                  "that can be read)");
       return;
     }
     const bool is_whole = unpack_ros1(compression, data, size, unpacked_);
@@ -241,8 +248,8 @@ class Ros1Bag final : public BagReader {
     }
     if (places_.contains(id)) return;  // told again at the end
     places_.emplace(id, channels_.size());
-    channels_.push_back({std::string(fields.text("topic")), std::string(connection.text("type")), Encoding::ros1,
-                         "ros1", std::string(connection.text("message_definition"))});
+    channels_.push_back({std::string(fields.text("topic")), std::string(connection.text("type")),
+                         Encoding::ros1, "ros1", std::string(connection.text("message_definition"))});
   }
 
   bool take_message(const Fields& fields, Bytes data, Message& message) {
@@ -259,10 +266,8 @@ class Ros1Bag final : public BagReader {
       return false;
     }
     if (!is_asked_for(topics_, channels_[place->second].topic)) return false;
-    constexpr std::int64_t ns_a_second = 1'000'000'000;
-    const auto whole_s = static_cast<std::int64_t>(time & 0xffffffffU);
-    const auto rest_ns = static_cast<std::int64_t>(time >> 32);
-    message = {place->second, whole_s * ns_a_second + rest_ns, data};
+    constexpr std::uint64_t ns_a_second = 1'000'000'000;
+    message = {place->second, sane_ns((time & 0xffffffffU) * ns_a_second + (time >> 32)), data};
     return true;
   }
 

@@ -77,8 +77,9 @@ class Rosbag2Folder final : public BagReader {
       std::string what;
       if (!read_rosbag2_metadata(file, metadata, what)) problem(file, what);
     } else {
-      problem(folder_, "has no metadata.yaml; its files are taken in the order of their names ('ros2 bag reindex' "
-                       "makes one)");
+      problem(folder_,
+              "has no metadata.yaml; its files are taken in the order of their names ('ros2 bag reindex' "
+              "makes one)");
     }
     packs_messages_ = metadata.compression_mode == "message";
     if (packs_messages_ && (metadata.compression_format != "zstd" || !has_zstd()))

@@ -59,8 +59,10 @@ namespace alces::bags {
 
 bool read_rosbag2_metadata(const std::filesystem::path& /*file*/, Rosbag2Metadata& /*metadata*/,
                            std::string& what) {
-  what = "is not read, this alces was built without yaml-cpp; the folder's files are taken in the order of their "
-         "names";
+  what =
+      "is not read, this alces was built without yaml-cpp; the folder's files are taken in the order of "
+      "their "
+      "names";
   return false;
 }
 

@@ -140,10 +140,12 @@ class SqliteBag final : public BagReader {
       ++rows_read_;
       const auto place = places_.find(messages_->number(0));
       if (place == places_.end()) {
-        if (rows_without_topic_++ == 0) problem(file_, "has messages whose topic is not in its table of topics");
+        if (rows_without_topic_++ == 0)
+          problem(file_, "has messages whose topic is not in its table of topics");
         continue;
       }
-      message = {place->second, messages_->number(1), messages_->blob(2)};
+      const auto time_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(messages_->number(1), 0));
+      message = {place->second, sane_ns(time_ns), messages_->blob(2)};
       return true;
     }
     if (messages_->failed() && !is_told_)
@@ -166,7 +168,12 @@ class SqliteBag final : public BagReader {
   [[nodiscard]] bool has(const std::string& kind, const std::string& name) const {
     // A view or a virtual table would run what somebody else wrote.
     std::string sql = "SELECT sql FROM sqlite_master WHERE type = '";
-    sql.append(kind).append("' AND name = '").append(name).append("' AND sql LIKE 'CREATE ").append(kind).append("%'");
+    sql.append(kind)
+        .append("' AND name = '")
+        .append(name)
+        .append("' AND sql LIKE 'CREATE ")
+        .append(kind)
+        .append("%'");
     Statement statement(database_, sql);
     return statement.step();
   }
@@ -186,7 +193,8 @@ class SqliteBag final : public BagReader {
     while (channels_.size() < most_topics && topics.step()) {
       places_.emplace(topics.number(0), channels_.size());
       const std::string encoding = topics.text(3);
-      channels_.push_back({topics.text(1), plain_type(topics.text(2)), encoding_called(encoding), encoding, {}});
+      channels_.push_back(
+          {topics.text(1), plain_type(topics.text(2)), encoding_called(encoding), encoding, {}});
     }
     if (topics.failed())
       throw BagError(file_, "its table of topics is damaged (SQLite: " + database_.error() +
@@ -197,7 +205,8 @@ class SqliteBag final : public BagReader {
   void read_definitions() {
     if (!has("table", "message_definitions")) return;
     Statement definitions(
-        database_, "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'");
+        database_,
+        "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'");
     while (definitions.step()) {
       const std::string type = plain_type(definitions.text(0));
       for (Channel& channel : channels_) {

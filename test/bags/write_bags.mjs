@@ -29,7 +29,7 @@ function readPcd(file) {
   const bytes = readFileSync(file);
   const data = bytes.indexOf("DATA binary\n") + "DATA binary\n".length;
   const header = bytes.subarray(0, data).toString();
-  const count = Number(/POINTS (\d+)/.exec(header)[1]);
+  const count = Number(/POINTS\s+(\d+)/.exec(header)[1]);
   const step = /SIZE (.*)/.exec(header)[1].split(" ").reduce((sum, size) => sum + Number(size), 0);
   return Array.from({ length: count }, (_, i) => [0, 4, 8].map((at) => bytes.readFloatLE(data + i * step + at)));
 }

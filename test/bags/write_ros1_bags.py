@@ -32,7 +32,7 @@ def read_points(path):
         data = file.read()
     begin = data.index(b"DATA binary\n") + len(b"DATA binary\n")
     header = data[:begin].decode()
-    count = int(re.search(r"POINTS (\d+)", header).group(1))
+    count = int(re.search(r"POINTS\s+(\d+)", header).group(1))
     step = sum(int(size) for size in re.search(r"SIZE (.*)", header).group(1).split())
     return b"".join(data[begin + i * step:begin + i * step + 12] + struct.pack("<f", 0) for i in range(count))
 

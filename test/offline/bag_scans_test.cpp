@@ -93,9 +93,11 @@ TEST_CASE("points go through /tf_static into the body's frame, odometry is inter
   Ros1BagWriter bag(folder / "drive.bag");
   Pose body_from_lidar = pose_at(0.5, std::numbers::pi / 2);
   body_from_lidar.translation_m.z() = 1;
-  bag.add("/tf_static", "tf2_msgs/TFMessage", begin_s, ros1_transform(begin_s, "base_link", "lidar", body_from_lidar));
+  bag.add("/tf_static", "tf2_msgs/TFMessage", begin_s,
+          ros1_transform(begin_s, "base_link", "lidar", body_from_lidar));
   bag.add("/odom", odometry_type, begin_s, ros1_odometry(begin_s, "odom", "base_link", pose_at(0)));
-  bag.add("/odom", odometry_type, begin_s + 0.4, ros1_odometry(begin_s + 0.4, "odom", "base_link", pose_at(4, 0.2)));
+  bag.add("/odom", odometry_type, begin_s + 0.4,
+          ros1_odometry(begin_s + 0.4, "odom", "base_link", pose_at(4, 0.2)));
   bag.add("/points", cloud_type, begin_s + 0.2, ros1_cloud(begin_s + 0.1, "lidar", {{2, 0, 0}, {0, 0, 0}}));
   bag.write();
   const auto scans = open_scans(folder / "drive.bag");
@@ -105,10 +107,12 @@ TEST_CASE("points go through /tf_static into the body's frame, odometry is inter
   CHECK(std::isnan(scan.points.at(1).x));  // nothing came back
   REQUIRE(scans->odometry(0));
   CHECK(std::abs(scans->odometry(0)->translation_m.x() - 1) < 1e-6);
-  CHECK(std::abs(angle_between_rad(scans->odometry(0)->rotation, Eigen::Quaterniond::Identity()) - 0.05) < 1e-6);
+  CHECK(std::abs(angle_between_rad(scans->odometry(0)->rotation, Eigen::Quaterniond::Identity()) - 0.05) <
+        1e-6);
 }
 
-TEST_CASE("without odometry on a topic /tf leads from odom to the body; --tf and --frame choose other frames") {
+TEST_CASE(
+    "without odometry on a topic /tf leads from odom to the body; --tf and --frame choose other frames") {
   const TemporaryFolder folder;
   Ros1BagWriter bag(folder / "drive.bag");
   Pose up;
@@ -168,10 +172,11 @@ TEST_CASE("points' times and intensities are found by field, type and range, and
     double from;
     const char* said;
   };
-  const auto a_case = GENERATE(Case{{"t", 16, 6}, 1e-9, 0, "t (uint32 ns from the stamp)"},
-                               Case{{"time", 16, 7}, 1, 0, "time (float32 s from the stamp)"},
-                               Case{{"offset_time", 16, 6}, 1e-6, 0, "offset_time (uint32 us from the stamp)"},
-                               Case{{"timestamp", 16, 8}, 1, begin_s, "timestamp (float64 s since 1970)"});
+  const auto a_case =
+      GENERATE(Case{{"t", 16, 6}, 1e-9, 0, "t (uint32 ns from the stamp)"},
+               Case{{"time", 16, 7}, 1, 0, "time (float32 s from the stamp)"},
+               Case{{"offset_time", 16, 6}, 1e-6, 0, "offset_time (uint32 us from the stamp)"},
+               Case{{"timestamp", 16, 8}, 1, begin_s, "timestamp (float64 s since 1970)"});
   Ros1BagWriter bag(folder / "drive.bag");
   for (int i = 0; i < 4; ++i) {
     const double stamp_s = begin_s + 0.1 * i;
@@ -186,9 +191,10 @@ TEST_CASE("points' times and intensities are found by field, type and range, and
       if (a_case.field.type != 8) point.number(0.0F);
       data += point.bytes();
     }
-    bag.add("/points", cloud_type, stamp_s,
-            ros1_cloud(stamp_s, "base", {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {"intensity", 12, 7}, a_case.field}, 24,
-                       data));
+    bag.add(
+        "/points", cloud_type, stamp_s,
+        ros1_cloud(stamp_s, "base",
+                   {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {"intensity", 12, 7}, a_case.field}, 24, data));
   }
   bag.write();
   const auto scans = open_scans(folder / "drive.bag");
@@ -196,7 +202,8 @@ TEST_CASE("points' times and intensities are found by field, type and range, and
   ScanPoints scan;
   REQUIRE(scans->read(2, scan));
   REQUIRE(scan.time_s.size() == 10);
-  for (std::size_t k = 0; k < 10; ++k) CHECK(std::abs(scan.time_s[k] - 0.01F * static_cast<float>(k)) < 1e-5F);
+  for (std::size_t k = 0; k < 10; ++k)
+    CHECK(std::abs(scan.time_s[k] - 0.01F * static_cast<float>(k)) < 1e-5F);
   REQUIRE(scan.intensity.size() == 10);
   CHECK(scan.intensity[9] == 90);
 }
@@ -212,7 +219,8 @@ TEST_CASE("times that are of another clock, all equal, or in no unit that fits a
     const double stamp_s = begin_s + 0.1 * i;
     std::string data;
     for (int k = 0; k < 10; ++k)
-      data += Ros1Bytes().number(1.0F).number(2.0F).number(3.0F).number(0.0F).number(first + step * k).bytes();
+      data +=
+          Ros1Bytes().number(1.0F).number(2.0F).number(3.0F).number(0.0F).number(first + step * k).bytes();
     bag.add("/points", cloud_type, stamp_s,
             ros1_cloud(stamp_s, "base", {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {"time", 16, 8}}, 24, data));
   }
@@ -243,7 +251,8 @@ TEST_CASE("of several lidars and odometries one is taken, and the others are nam
   CHECK(has(scans->warnings(), "scans are /points; not /rear/points: --topic takes another"));
   CHECK(has(scans->warnings(), "odometry is /odom, of the most messages; not /wheels"));
 
-  const auto others = open_scans(file, {.bag = {.topics = {"/wheels", "rear/points"}, .frame = {}, .tf = {}}});
+  const auto others =
+      open_scans(file, {.bag = {.topics = {"/wheels", "rear/points"}, .frame = {}, .tf = {}}});
   CHECK(others->size() == 2);
   CHECK(others->odometry(1)->translation_m.x() == 101);
 
@@ -284,7 +293,9 @@ TEST_CASE("clocks that disagree are told, and the odometry is put on the scans' 
   for (std::size_t i = 0; i < 5; ++i) CHECK(scans->odometry(i)->translation_m.x() == static_cast<double>(i));
 }
 
-TEST_CASE("scans without a stamp have the time of recording; those that are not later than the one before are left out") {
+TEST_CASE(
+    "scans without a stamp have the time of recording; those that are not later than the one before are left "
+    "out") {
   const TemporaryFolder folder;
   Ros1BagWriter bag(folder / "drive.bag");
   bag.add("/points", cloud_type, begin_s, ros1_cloud(0, "base", {{1, 0, 0}}));
@@ -331,7 +342,8 @@ TEST_CASE("messages that are damaged are left out, counted and told") {
   const auto file = folder / "drive.bag";
   Ros1BagWriter bag = plain_bag(file);
   const double late_s = begin_s + 1;
-  bag.add("/points", cloud_type, late_s, ros1_cloud(late_s, "base", {{"x", 0, 7}, {"y", 4, 7}}, 8, std::string(80, 'a')));
+  bag.add("/points", cloud_type, late_s,
+          ros1_cloud(late_s, "base", {{"x", 0, 7}, {"y", 4, 7}}, 8, std::string(80, 'a')));
   bag.add("/points", cloud_type, late_s, ros1_cloud(late_s, "base", {{1, 2, 3}}).substr(0, 60));
   Pose broken = pose_at(1);
   broken.rotation.coeffs().setZero();
@@ -340,7 +352,8 @@ TEST_CASE("messages that are damaged are left out, counted and told") {
   const auto scans = open_scans(file);
   CHECK(scans->size() == 3);
   CHECK(has(scans->warnings(), "/points: 2 of 5 messages are left out: the first of them has no field z"));
-  CHECK(has(scans->warnings(), "/odom: 1 of 4 messages are left out: the first of them holds a pose that is not finite"));
+  CHECK(has(scans->warnings(),
+            "/odom: 1 of 4 messages are left out: the first of them holds a pose that is not finite"));
 }
 
 TEST_CASE("what cannot be mapped of a bag is said with what to do") {
@@ -349,12 +362,12 @@ TEST_CASE("what cannot be mapped of a bag is said with what to do") {
   Ros1BagWriter images(file);
   images.add("/camera", "sensor_msgs/Image", begin_s, "x");
   images.write();
-  CHECK_THAT(refusal_of(file), Contains("holds no scans (sensor_msgs/PointCloud2); its topics are /camera "
-                                        "(sensor_msgs/Image)"));
+  CHECK_THAT(refusal_of(file), Contains("its topics are /camera (sensor_msgs/Image)"));
   CHECK_THAT(refusal_of(folder.write("empty.bag", "")), Contains("is empty; nothing was recorded"));
   CHECK_THAT(refusal_of(folder.write("old.bag", "#ROSBAG V1.2\nxxxxxxxx")), Contains("'rosbag fix'"));
   CHECK_THAT(refusal_of(folder.write("text.bag", "stamp x y z and so on")), Contains("is no bag of ROS 1"));
-  CHECK_THAT(refusal_of(folder.write("text.mcap", "stamp x y z and so on")), Contains("this is no MCAP file"));
+  CHECK_THAT(refusal_of(folder.write("text.mcap", "stamp x y z and so on")),
+             Contains("this is no MCAP file"));
   CHECK_THAT(refusal_of(folder.write("text.db3", "stamp x y z and so on")), Contains("SQLite"));
   CHECK_THAT(refusal_of(folder.write("whole.db3.zstd", "x")), Contains("unpack it with 'zstd -d'"));
   folder.write("bag/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [bag_0.mcap]\n");
@@ -377,7 +390,8 @@ TEST_CASE("a trajectory in a bag is named by its topic where there are several")
   CHECK(only->poses[2].translation_m.x() == 2);
   bag.add("/truth", odometry_type, begin_s, ros1_odometry(begin_s, "odom", "base", pose_at(7)));
   bag.write();
-  CHECK_THROWS_WITH(read_bag_trajectory(file), Contains("several trajectories (/odom, /truth): name one, as"));
+  CHECK_THROWS_WITH(read_bag_trajectory(file),
+                    Contains("several trajectories (/odom, /truth): name one, as"));
   CHECK(read_trajectory(file.string() + ":/truth").poses.at(0).translation_m.x() == 7);
   CHECK_THROWS_WITH(read_trajectory(file.string() + ":/other"), Contains("has no poses on /other"));
   CHECK_FALSE(read_bag_trajectory(folder / "drive.tum"));
@@ -417,4 +431,116 @@ TEST_CASE("info shows a bag's topics, and what would be used") {
   CHECK_THAT(outcome.out, Contains("2 points: x float32, y float32, z float32"));
   CHECK_THAT(outcome.out, Contains("a map is made of: /points in base, body base, odometry /odom"));
   CHECK_THAT(run_alces(folder, "replay drive.bag --out town").err, Contains("alces map"));
+}
+
+TEST_CASE("profiles of a 2D laser on a turning head become scans, each ray where head and vehicle were") {
+  // The laser stands upright on the head: its plane holds the head's axis. It sees 180 deg: half a turn is a
+  // scan.
+  const TemporaryFolder folder;
+  Ros1BagWriter bag(folder / "drive.bag");
+  Pose head_from_laser;
+  head_from_laser.rotation = Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitY());
+  head_from_laser.translation_m = {0, 0, 1};
+  bag.add("/tf_static", "tf2_msgs/TFMessage", begin_s,
+          ros1_transform(begin_s, "head", "laser", head_from_laser));
+  constexpr int profiles = 81;
+  constexpr double interval_s = 0.025;
+  // a wall 5 m in front at the begin, to which the vehicle drives at 1 m/s: x = 5 for every ray that goes
+  // forward
+  for (int i = 0; i < profiles; ++i) {
+    const double stamp_s = begin_s + interval_s * i;
+    const double yaw_rad = std::numbers::pi / 40 * i;  // half a turn in 40 profiles
+    bag.add("/odom", odometry_type, stamp_s,
+            ros1_odometry(stamp_s, "odom", "base_link", pose_at(interval_s * i)));
+    bag.add("/tf", "tf2_msgs/TFMessage", stamp_s,
+            ros1_transform(stamp_s, "base_link", "head", pose_at(0, yaw_rad)));
+    Ros1Bytes scan;
+    constexpr std::uint32_t rays = 181;
+    constexpr float step_rad = static_cast<float>(std::numbers::pi / 180);
+    scan.header(stamp_s, "laser").number(-90 * step_rad).number(90 * step_rad).number(step_rad);
+    scan.number(0.0F).number(0.025F).number(0.1F).number(30.0F).number(rays);
+    for (std::uint32_t k = 0; k < rays; ++k) {
+      const double angle_rad = static_cast<double>(-90 * step_rad) + static_cast<double>(step_rad) * k;
+      const Eigen::Vector3d in_laser(std::cos(angle_rad), std::sin(angle_rad), 0);
+      const Eigen::Vector3d in_base = pose_at(0, yaw_rad).rotation * (head_from_laser.rotation * in_laser);
+      const double wall_m = 5 - interval_s * i;
+      scan.number(in_base.x() > 0.2 ? static_cast<float>(wall_m / in_base.x()) : 99.0F);
+    }
+    scan.number(std::uint32_t{0});
+    bag.add("/scan", "sensor_msgs/LaserScan", stamp_s, scan.bytes());
+  }
+  bag.write();
+  const auto scans = open_scans(folder / "drive.bag");
+  REQUIRE(scans->size() == 2);
+  CHECK(has(scans->warnings(), "81 profiles of a 2D laser on a turning head are assembled to 2 scans"));
+  for (std::size_t i = 0; i < 2; ++i) {
+    ScanPoints scan;
+    REQUIRE(scans->read(i, scan));
+    const double driven_m = scans->odometry(i)->translation_m.x();
+    std::size_t on_wall = 0;
+    for (const Point& point : scan.points) {
+      if (!is_finite(point)) continue;
+      ++on_wall;
+      CHECK(std::abs(static_cast<double>(point.x) - (5 - driven_m)) < 1e-4);
+    }
+    CAPTURE(i, driven_m);
+    CHECK(on_wall > 1000);
+  }
+}
+
+TEST_CASE("a 2D laser that does not turn is no scanner, and is refused with what to do") {
+  const TemporaryFolder folder;
+  Ros1BagWriter bag(folder / "drive.bag");
+  for (int i = 0; i < 3; ++i) {
+    Ros1Bytes scan;
+    scan.header(begin_s + i, "laser")
+        .number(0.0F)
+        .number(1.0F)
+        .number(0.5F)
+        .number(0.0F)
+        .number(0.1F)
+        .number(0.1F);
+    scan.number(30.0F).number(std::uint32_t{2}).number(1.0F).number(1.0F).number(std::uint32_t{0});
+    bag.add("/scan", "sensor_msgs/LaserScan", begin_s + i, scan.bytes());
+  }
+  bag.write();
+  CHECK_THAT(refusal_of(folder / "drive.bag"),
+             Contains("/scan is a 2D laser (sensor_msgs/LaserScan), and /tf does "
+                      "not turn it against laser"));
+}
+
+TEST_CASE("Livox's clouds are read by the definition that the bag has of them") {
+  const TemporaryFolder folder;
+  Ros1BagWriter bag(folder / "drive.bag");
+  // not the drivers' own order, and a field more
+  const std::string definition =
+      "std_msgs/Header header\nuint64 timebase # ns\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\n"
+      "CustomPoint[] points\n"
+      "================\nMSG: livox_ros_driver2/CustomPoint\nuint32 offset_time\nfloat32 y\nfloat32 "
+      "x\nfloat32 z\n"
+      "uint8 reflectivity\nuint16 extra\n";
+  for (int i = 0; i < 3; ++i) {
+    const double stamp_s = begin_s + 0.1 * i;
+    Ros1Bytes cloud;
+    cloud.header(stamp_s, "livox").number(std::uint64_t{7}).number(std::uint32_t{2}).number(std::uint8_t{1});
+    cloud.number(std::uint8_t{0}).number(std::uint8_t{0}).number(std::uint8_t{0}).number(std::uint32_t{2});
+    for (int k = 0; k < 2; ++k)
+      cloud.number(static_cast<std::uint32_t>(99'000'000 * k))
+          .number(2.0F)
+          .number(1.0F)
+          .number(3.0F)
+          .number(static_cast<std::uint8_t>(200 + k))
+          .number(std::uint16_t{1});
+    bag.add("/livox/lidar", "livox_ros_driver2/CustomMsg", stamp_s, cloud.bytes(), definition);
+  }
+  bag.write();
+  const auto scans = open_scans(folder / "drive.bag");
+  REQUIRE(scans->size() == 3);
+  ScanPoints scan;
+  REQUIRE(scans->read(1, scan));
+  REQUIRE(scan.points.size() == 2);
+  check_near(scan.points[1], 1, 2, 3);
+  REQUIRE(scan.time_s.size() == 2);
+  CHECK(std::abs(scan.time_s[1] - 0.099F) < 1e-5F);
+  CHECK(scan.intensity.at(1) == 201);
 }

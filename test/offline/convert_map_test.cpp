@@ -55,9 +55,9 @@ MapConversionReport convert(const fs::path& in, const fs::path& out) {
 }
 
 std::vector<Point> points_of(const fs::path& file) {
-  std::vector<Point> points;
-  open_scans(file)->read(0, points);
-  return points;
+  ScanPoints scan;
+  open_scans(file)->read(0, scan);
+  return scan.points;
 }
 
 void check_same(const std::vector<Point>& a, const std::vector<Point>& b, double tolerance_m) {

@@ -104,8 +104,9 @@ void check_map(const TemporaryFolder& folder, std::size_t scans) {
   const fs::path out = folder / "out";
   CHECK(read_trajectory(out).size() == scans);
   CHECK(read_trajectory(out / "frames").size() == scans);
-  std::vector<Point> points;
-  open_scans(out / "map.ply")->read(0, points);
+  ScanPoints scan;
+  open_scans(out / "map.ply")->read(0, scan);
+  const std::vector<Point>& points = scan.points;
   CHECK(points.size() > 100 * scans);
   CHECK_THAT(content_of(out / "graph.g2o"), Contains("VERTEX_SE3:QUAT"));
   const nlohmann::json run = nlohmann::json::parse(content_of(out / "run.json"));

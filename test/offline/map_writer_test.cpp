@@ -116,8 +116,9 @@ TEST_CASE("map.ply takes points as they come, knows its count at the end, and ca
   const std::string file = content_of(folder / "map.ply");
   CHECK_THAT(file.substr(0, 300), Contains("right-handed, x forward, y left, z up, metres, origin scan 0"));
   CHECK(file.substr(file.size() - 4) == std::string("\x02\x01\0\0", 4));
-  std::vector<Point> back;
-  open_scans(folder / "map.ply")->read(0, back);
+  ScanPoints scan;
+  open_scans(folder / "map.ply")->read(0, scan);
+  const std::vector<Point>& back = scan.points;
   REQUIRE(back.size() == 100000);
   CHECK(back[99998].z == 3);
   CHECK(back[99999].x == Approx(10));
@@ -134,8 +135,9 @@ TEST_CASE("map.ply with colours: 15 bytes a point") {
   const std::string file = content_of(folder / "map.ply");
   CHECK(file.size() - file.find("end_header\n") - 11 == 4 * 15);
   CHECK(file.substr(file.size() - 3) == "\x07\x08\x09");
-  std::vector<Point> back;
-  open_scans(folder / "map.ply")->read(0, back);
+  ScanPoints scan;
+  open_scans(folder / "map.ply")->read(0, scan);
+  const std::vector<Point>& back = scan.points;
   REQUIRE(back.size() == 4);
   CHECK(back[3].z == 6);
 }

@@ -1,4 +1,5 @@
-// Small bags of ROS 1, made byte by byte, for tests of what is in them. (Bags by other people's writers: test/bags.)
+// Small bags of ROS 1, made byte by byte, for tests of what is in them. (Bags by other people's writers:
+// test/bags.)
 #pragma once
 
 #include <cstdint>
@@ -58,8 +59,12 @@ inline std::string ros1_cloud(double stamp_s, const std::string& frame, const st
                               std::uint32_t step, const std::string& data) {
   const auto width = static_cast<std::uint32_t>(step == 0 ? 0 : data.size() / step);
   Ros1Bytes out;
-  out.header(stamp_s, frame).number(std::uint32_t{1}).number(width).number(static_cast<std::uint32_t>(fields.size()));
-  for (const CloudField& field : fields) out.text(field.name).number(field.offset).number(field.type).number(std::uint32_t{1});
+  out.header(stamp_s, frame)
+      .number(std::uint32_t{1})
+      .number(width)
+      .number(static_cast<std::uint32_t>(fields.size()));
+  for (const CloudField& field : fields)
+    out.text(field.name).number(field.offset).number(field.type).number(std::uint32_t{1});
   out.number(std::uint8_t{0}).number(step).number(static_cast<std::uint32_t>(data.size())).text(data);
   return out.number(std::uint8_t{1}).bytes();
 }
@@ -96,7 +101,8 @@ class Ros1BagWriter {
       chunk_ += record(connection + field("op", "\x07") + field("topic", topic),
                        field("topic", topic) + field("type", type) + field("md5sum", "*") +
                            field("message_definition", definition));
-    chunk_ += record(connection + field("op", "\x02") + field("time", Ros1Bytes().time(log_s).bytes()), message);
+    chunk_ +=
+        record(connection + field("op", "\x02") + field("time", Ros1Bytes().time(log_s).bytes()), message);
   }
 
   /// The file as it is so far: one chunk, and `end` behind it.

@@ -7,7 +7,9 @@
 #include <cctype>
 #include <cmath>
 
+#include "alces_drivers/stamp.h"
 #include "alces_platform/bags/messages.h"
+#include "alces_platform/bags/point_cloud.h"
 #include "offline/io/files/error.h"
 
 namespace alces::offline {
@@ -62,16 +64,17 @@ class Chooser {
         for (const SurveyedTopic& each : survey_.topics) all.push_back(&each);
         throw InputError(survey_.path, fmt::format("has no topic {}; it has {}", name, names_of(all)));
       }
-      const bool is_scan = is_scan_type(topic->channel.type);
+      const bool is_scan = bags::is_cloud_type(topic->channel.type);
       if (!is_scan && !bags::is_pose_type(topic->channel.type))
-        throw InputError(survey_.path, fmt::format("{} is of type {}, which is neither scans nor odometry that "
-                                                   "alces reads",
-                                                   topic->channel.topic, topic->channel.type));
+        throw InputError(survey_.path,
+                         fmt::format("{} is of type {}, which is neither scans nor odometry that "
+                                     "alces reads",
+                                     topic->channel.topic, topic->channel.type));
       const SurveyedTopic*& chosen = is_scan ? asked_scans_ : asked_odometry_;
       if (chosen != nullptr)
-        throw InputError(survey_.path, fmt::format("{} and {} are both {}; name one of them",
-                                                   chosen->channel.topic, topic->channel.topic,
-                                                   is_scan ? "scans" : "odometry"));
+        throw InputError(survey_.path,
+                         fmt::format("{} and {} are both {}; name one of them", chosen->channel.topic,
+                                     topic->channel.topic, is_scan ? "scans" : "odometry"));
       chosen = topic;
     }
   }
@@ -113,7 +116,8 @@ class Chooser {
   }
 
   [[nodiscard]] bool is_registered(const SurveyedTopic& topic) const {
-    return choice_.odometry == BagOdometry::topic && !topic.frame.empty() && topic.frame == choice_.odometry_frame;
+    return choice_.odometry == BagOdometry::topic && !topic.frame.empty() &&
+           topic.frame == choice_.odometry_frame;
   }
 
   void choose_scans() {
@@ -134,8 +138,9 @@ class Chooser {
     if (best->scans.empty()) {
       const std::string why = best->channel.encoding == bags::Encoding::other
                                   ? "is encoded as '" + best->channel.encoding_name + "', which is not read"
-                              : best->messages == 0 ? "has no messages"
-                                                    : "has no message that can be read: it " + best->first_problem;
+                              : best->messages == 0
+                                  ? "has no messages"
+                                  : "has no message that can be read: it " + best->first_problem;
       throw InputError(survey_.path, fmt::format("{} {}", best->channel.topic, why));
     }
     choice_.scans = place(*best);
@@ -147,6 +152,8 @@ class Chooser {
 
   [[nodiscard]] bool is_better(const SurveyedTopic& a, const SurveyedTopic& b) const {
     if (is_registered(a) != is_registered(b)) return is_registered(b);
+    const bool a_is_flat = bags::is_profile_type(a.channel.type);
+    if (a_is_flat != bags::is_profile_type(b.channel.type)) return !a_is_flat;
     // some messages are lost, of either: about as many are as many
     const auto [few, many] = std::minmax(a.scans.size(), b.scans.size());
     if (10 * few < 9 * many) return a.scans.size() > b.scans.size();
@@ -158,7 +165,7 @@ class Chooser {
     std::string unread;
     for (const SurveyedTopic& topic : survey_.topics) {
       all.push_back(&topic);
-      if (!is_scan_type(topic.channel.type)) continue;
+      if (!bags::is_cloud_type(topic.channel.type)) continue;
       unread += fmt::format("; {} ", topic.channel.topic);
       if (topic.channel.encoding == bags::Encoding::other) {
         unread += fmt::format("is encoded as '{}', which is not read", topic.channel.encoding_name);
@@ -172,7 +179,9 @@ class Chooser {
     for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 8); ++i)
       types += fmt::format("{}{} ({})", i > 0 ? ", " : "", all[i]->channel.topic, all[i]->channel.type);
     if (all.size() > 8) types += fmt::format(" and {} more", all.size() - 8);
-    return fmt::format("holds no scans (sensor_msgs/PointCloud2); its topics are {}", types);
+    return fmt::format(
+        "holds no scans (sensor_msgs/PointCloud2 or LaserScan, CustomMsg of Livox); its topics are {}",
+        types);
   }
 
   void place_body() {
@@ -189,24 +198,27 @@ class Chooser {
     }
     choice_.is_mounting_known = frames.are_connected(scanner, choice_.body_frame);
     if (choice_.are_scans_registered) {
-      note(fmt::format("the scans are in {}, the odometry's own frame: they are taken back into the body's by the "
-                       "odometry",
-                       scanner));
+      note(fmt::format(
+          "the scans are in {}, the odometry's own frame: they are taken back into the body's by the "
+          "odometry",
+          scanner));
     } else if (!choice_.is_mounting_known) {
       if (!asked_.frame.empty())
-        throw InputError(survey_.path,
-                         fmt::format("/tf and /tf_static do not lead from {} (of {}) to {}{}", scanner,
-                                     survey_.topics[choice_.scans].channel.topic, choice_.body_frame, frame_names()));
-      warn(fmt::format("no /tf_static says where {} is on {}: the points are taken as if both were one; a wrong "
-                       "mounting bends the map",
-                       scanner.empty() ? "the scanner" : scanner, choice_.body_frame));
+        throw InputError(survey_.path, fmt::format("/tf and /tf_static do not lead from {} (of {}) to {}{}",
+                                                   scanner, survey_.topics[choice_.scans].channel.topic,
+                                                   choice_.body_frame, frame_names()));
+      warn(fmt::format(
+          "no /tf_static says where {} is on {}: the points are taken as if both were one; a wrong "
+          "mounting bends the map",
+          scanner.empty() ? "the scanner" : scanner, choice_.body_frame));
     }
     if (choice_.odometry == BagOdometry::topic && choice_.odometry_child.empty())
       choice_.odometry_child = choice_.body_frame;
     if (choice_.odometry == BagOdometry::topic && choice_.odometry_child != choice_.body_frame &&
         !frames.are_connected(choice_.odometry_child, choice_.body_frame))
-      throw InputError(survey_.path, fmt::format("/tf and /tf_static do not lead from {} (of the odometry) to {}{}",
-                                                 choice_.odometry_child, choice_.body_frame, frame_names()));
+      throw InputError(survey_.path,
+                       fmt::format("/tf and /tf_static do not lead from {} (of the odometry) to {}{}",
+                                   choice_.odometry_child, choice_.body_frame, frame_names()));
   }
 
   [[nodiscard]] bool wants_frames() const { return asked_odometry_ == nullptr; }
@@ -221,9 +233,9 @@ class Chooser {
     if (!asked_.tf.empty()) {
       fixed = find(asked_.tf);
       if (fixed == way.end() || fixed == way.begin())
-        throw InputError(survey_.path, fmt::format("/tf does not lead from {} (of {}) up to {}{}", scanner,
-                                                   survey_.topics[choice_.scans].channel.topic, asked_.tf,
-                                                   frame_names()));
+        throw InputError(survey_.path,
+                         fmt::format("/tf does not lead from {} (of {}) up to {}{}", scanner,
+                                     survey_.topics[choice_.scans].channel.topic, asked_.tf, frame_names()));
     } else if (find("odom") != way.end()) {
       fixed = find("odom");
     } else {
@@ -264,16 +276,19 @@ class Chooser {
     const std::int64_t apart_ns = odometry_delay_ns - scans.delay_ns();
     if (std::abs(apart_ns) <= other_clock_ns) return;
     choice_.odometry_shift_ns = apart_ns;
-    warn(fmt::format("the clocks of {} and {} disagree: beside the times of recording their stamps are {:.3f} s "
-                     "apart, which is taken off the odometry's",
-                     scans.channel.topic,
-                     is_topic ? survey_.topics[choice_.odometry_topic].channel.topic : std::string("/tf"),
-                     1e-9 * static_cast<double>(apart_ns)));
+    warn(fmt::format(
+        "the clocks of {} and {} disagree: beside the times of recording their stamps are {:.3f} s "
+        "apart, which is taken off the odometry's",
+        scans.channel.topic,
+        is_topic ? survey_.topics[choice_.odometry_topic].channel.topic : std::string("/tf"),
+        seconds(apart_ns)));
   }
 
   void tell_of_no_odometry() {
-    warn("no odometry: there is no nav_msgs/Odometry, and /tf does not say how the scanner moves; give poses with "
-         "--odometry FILE, or name a topic of poses with --topic");
+    warn(
+        "no odometry: there is no nav_msgs/Odometry, and /tf does not say how the scanner moves; give poses "
+        "with "
+        "--odometry FILE, or name a topic of poses with --topic");
   }
 
   const BagSurvey& survey_;

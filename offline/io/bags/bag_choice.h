@@ -2,9 +2,10 @@
 // together, unless the user says it.
 //
 // Scans: of several topics the one with the most messages, of those the one with the most bytes; one whose
-// frame is the odometry's own (a map, registered clouds) only where there is no other. Odometry: nav_msgs/
-// Odometry; without it /tf, from odom, or else from the root, to the body. Poses under the name of a truth, and
-// of other types, are odometry only if asked for. The body's frame: that of the odometry's child.
+// frame is the odometry's own (a map, registered clouds), and 2D profiles, only where there is no other.
+// Odometry: nav_msgs/ Odometry; without it /tf, from odom, or else from the root, to the body. Poses under
+// the name of a truth, and of other types, are odometry only if asked for. The body's frame: that of the
+// odometry's child.
 #pragma once
 
 #include <cstdint>
@@ -29,9 +30,9 @@ struct BagChoice {
   bool are_scans_registered = false;
 
   BagOdometry odometry = BagOdometry::none;
-  std::size_t odometry_topic = 0;  ///< of the survey's topics
-  std::string odometry_frame;      ///< what the odometry is in
-  std::string odometry_child;      ///< whose pose it is
+  std::size_t odometry_topic = 0;      ///< of the survey's topics
+  std::string odometry_frame;          ///< what the odometry is in
+  std::string odometry_child;          ///< whose pose it is
   std::int64_t odometry_shift_ns = 0;  ///< added to its stamps: they are of another clock
 
   std::vector<std::string> notes;     ///< what was chosen among several, sentences

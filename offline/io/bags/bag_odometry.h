@@ -24,4 +24,9 @@ struct ChosenOdometry {
 [[nodiscard]] ChosenOdometry take_odometry(BagSurvey& survey, const BagChoice& choice,
                                            const ScanSourceOptions& options);
 
+/// odometry_from_body at a time of the scans' clock, after take_odometry(); none: not known then, or there is
+/// none in the bag.
+[[nodiscard]] std::optional<Pose> odometry_at(const BagSurvey& survey, const BagChoice& choice,
+                                              std::int64_t stamp_ns);
+
 }  // namespace alces::offline

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "alces_drivers/stamp.h"
 #include "alces_platform/bags/messages.h"
 #include "alces_platform/bags/point_cloud.h"
 #include "offline/io/files/error.h"
@@ -59,16 +61,13 @@ class Surveyor {
     if (!header) return note_damage(topic, "is too short for its type");
     if (!topic.has_header) topic.frame = header->frame;
     topic.has_header = true;
-    std::int64_t stamp_ns = header->stamp_ns;
-    if (stamp_ns <= 0) {
-      ++topic.without_stamp;
-      stamp_ns = message.log_time_ns;
-    }
+    const std::int64_t stamp_ns = stamp_or(header->stamp_ns, message.log_time_ns);
+    if (stamp_ns != header->stamp_ns) ++topic.without_stamp;
     if (topic.delays_ns.size() < most_delays) topic.delays_ns.push_back(message.log_time_ns - stamp_ns);
     if (bags::is_pose_type(topic.channel.type)) {
       take_pose(topic, cursor, stamp_ns);
-    } else if (is_scan_type(topic.channel.type)) {
-      take_scan(topic, cursor, stamp_ns, message.data.size());
+    } else if (bags::is_cloud_type(topic.channel.type)) {
+      take_scan(topic, message.data, stamp_ns);
     }
   }
 
@@ -76,24 +75,33 @@ class Surveyor {
     const std::optional<bags::StampedPose> pose = bags::read_pose(topic.channel.type, cursor);
     if (!pose) return note_damage(topic, "is too short for its type");
     if (topic.child.empty()) topic.child = pose->child;
-    if (!topic.poses.add(stamp_ns, pose->pose)) note_damage(topic, "holds a pose that is not finite or no rotation");
+    if (!topic.poses.add(stamp_ns, pose->pose))
+      note_damage(topic, "holds a pose that is not finite or no rotation");
   }
 
-  static void take_scan(SurveyedTopic& topic, const bags::MessageCursor& cursor, std::int64_t stamp_ns,
-                        std::uint64_t bytes) {
-    const std::optional<bags::PointCloud2> cloud = bags::read_point_cloud2(cursor);
-    if (!cloud) return note_damage(topic, "is too short for its type");
-    if (const std::string problem = bags::layout_problem(*cloud); !problem.empty()) return note_damage(topic, problem);
+  void take_scan(SurveyedTopic& topic, std::span<const std::uint8_t> data, std::int64_t stamp_ns) {
+    const std::optional<bags::PointCloud2> cloud = bags::read_cloud(topic.channel, data, room_);
+    if (!cloud) return note_damage(topic, "does not decode as its type");
+    if (const std::string problem = bags::layout_problem(*cloud); !problem.empty())
+      return note_damage(topic, problem);
     if (topic.layout.empty()) topic.layout = layout_text(*cloud);
     if (topic.points < 2) {
       topic.points = cloud->points();
       topic.channels = look_at_channels(*cloud, stamp_ns);
+      if (bags::is_profile_type(topic.channel.type)) topic.view_rad = view_rad(topic.channel, data);
     }
     if (!topic.scans.empty() && stamp_ns <= topic.scans.back().stamp_ns) {
       ++topic.late;
       return;
     }
-    topic.scans.push_back({stamp_ns, topic.messages - 1, bytes});
+    topic.scans.push_back({stamp_ns, topic.messages - 1, topic.messages - 1, data.size()});
+  }
+
+  static double view_rad(const bags::Channel& channel, std::span<const std::uint8_t> data) {
+    const auto scan = bags::read_laser_scan(bags::MessageCursor(channel.encoding, data));
+    if (!scan) return 0;
+    return std::abs(static_cast<double>(scan->angle_increment_rad)) *
+           static_cast<double>(scan->ranges_m.size());
   }
 
   void take_transforms(SurveyedTopic& topic, const bags::MessageCursor& cursor, std::int64_t log_ns) {
@@ -101,7 +109,7 @@ class Surveyor {
     if (!transforms) return note_damage(topic, "is too short for its type");
     const bool is_static = topic.channel.topic.ends_with("tf_static");
     for (const bags::StampedPose& each : *transforms) {
-      const std::int64_t stamp_ns = each.header.stamp_ns > 0 ? each.header.stamp_ns : log_ns;
+      const std::int64_t stamp_ns = stamp_or(each.header.stamp_ns, log_ns);
       if (!is_static && survey_.frame_delays_ns.size() < most_delays)
         survey_.frame_delays_ns.push_back(log_ns - stamp_ns);
       if (!survey_.frames.add(each.header.frame, each.child, stamp_ns, each.pose, is_static))
@@ -110,19 +118,21 @@ class Surveyor {
   }
 
   BagSurvey& survey_;
+  std::vector<std::uint8_t> room_;
 };
 
 }  // namespace
 
 double SurveyedTopic::rate_hz() const {
   if (messages < 2 || last_log_ns <= first_log_ns) return 0;
-  return static_cast<double>(messages - 1) / (1e-9 * static_cast<double>(last_log_ns - first_log_ns));
+  return static_cast<double>(messages - 1) / (seconds(last_log_ns - first_log_ns));
 }
 
 double SurveyedTopic::interval_s() const {
   std::vector<std::int64_t> steps_ns;
-  for (std::size_t i = 1; i < scans.size(); ++i) steps_ns.push_back(scans[i].stamp_ns - scans[i - 1].stamp_ns);
-  return 1e-9 * static_cast<double>(median_ns(std::move(steps_ns)));
+  for (std::size_t i = 1; i < scans.size(); ++i)
+    steps_ns.push_back(scans[i].stamp_ns - scans[i - 1].stamp_ns);
+  return seconds(median_ns(std::move(steps_ns)));
 }
 
 std::int64_t SurveyedTopic::delay_ns() const {
@@ -142,8 +152,8 @@ std::uint64_t BagSurvey::messages() const {
   return messages;
 }
 
-bool is_scan_type(const std::string& type) {
-  return type == "sensor_msgs/PointCloud2";
+std::int64_t stamp_or(std::int64_t stamp_ns, std::int64_t log_ns) {
+  return stamp_ns > 0 && is_sane_stamp(stamp_ns) ? stamp_ns : log_ns;
 }
 
 std::int64_t median_ns(std::vector<std::int64_t> values) {

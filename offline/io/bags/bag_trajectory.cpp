@@ -39,21 +39,22 @@ const SurveyedTopic& topic_of(const BagSurvey& survey, const std::string& name) 
   if (!name.empty()) {
     const SurveyedTopic* topic = survey.topic(name);
     if (topic == nullptr || topic->poses.is_empty())
-      throw InputError(survey.path, fmt::format("has no poses on {}; it has them on: {}", name,
-                                                pose_topic_names(survey)));
+      throw InputError(survey.path,
+                       fmt::format("has no poses on {}; it has them on: {}", name, pose_topic_names(survey)));
     return *topic;
   }
   const SurveyedTopic* only = nullptr;
   for (const SurveyedTopic& topic : survey.topics) {
     if (topic.poses.is_empty()) continue;
     if (only != nullptr)
-      throw InputError(survey.path, fmt::format("holds several trajectories ({}): name one, as {}:{}",
-                                                pose_topic_names(survey), survey.path.string(),
-                                                only->channel.topic));
+      throw InputError(survey.path,
+                       fmt::format("holds several trajectories ({}): name one, as {}:{}",
+                                   pose_topic_names(survey), survey.path.string(), only->channel.topic));
     only = &topic;
   }
   if (only == nullptr)
-    throw InputError(survey.path, "holds no trajectory: no nav_msgs/Odometry and no geometry_msgs/PoseStamped");
+    throw InputError(survey.path,
+                     "holds no trajectory: no nav_msgs/Odometry and no geometry_msgs/PoseStamped");
   return *only;
 }
 
@@ -73,7 +74,7 @@ std::optional<Trajectory> read_bag_trajectory(const fs::path& path) {
   trajectory.has_time = true;
   trajectory.has_stamps = true;
   for (const PoseTrack::Sample& sample : topic.poses.samples()) {
-    trajectory.stamps_s.push_back(1e-9 * static_cast<double>(sample.stamp_ns));
+    trajectory.stamps_s.push_back(stamp_in_s(sample.stamp_ns));
     trajectory.poses.push_back(sample.pose);
   }
   trajectory.notes = survey.problems;
@@ -82,8 +83,8 @@ std::optional<Trajectory> read_bag_trajectory(const fs::path& path) {
                                            topic.channel.topic, topic.damaged, topic.messages,
                                            topic.first_problem));
   if (topic.poses.is_thinned())
-    trajectory.notes.push_back(fmt::format("{}: of more than {} poses only some are kept", topic.channel.topic,
-                                           PoseTrack::most_poses));
+    trajectory.notes.push_back(fmt::format("{}: of more than {} poses only some are kept",
+                                           topic.channel.topic, PoseTrack::most_poses));
   return trajectory;
 }
 

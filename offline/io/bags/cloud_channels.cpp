@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "pose_track.h"
+
 namespace alces::offline {
 namespace {
 
@@ -20,7 +22,8 @@ struct Unit {
 };
 constexpr std::array<Unit, 4> units = {{{1, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}}};
 
-const bags::PointField* field_of(const bags::PointCloud2& cloud, std::initializer_list<std::string_view> names) {
+const bags::PointField* field_of(const bags::PointCloud2& cloud,
+                                 std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names) {
     const bags::PointField* field = cloud.field(name);
     if (field != nullptr && field->type >= 1 && field->type <= 8) return field;
@@ -32,15 +35,15 @@ const bags::PointField* field_of(const bags::PointCloud2& cloud, std::initialize
 
 ChannelFacts look_at_channels(const bags::PointCloud2& cloud, std::int64_t stamp_ns) {
   ChannelFacts facts;
-  facts.stamp_s = 1e-9 * static_cast<double>(stamp_ns);
+  facts.stamp_s = stamp_in_s(stamp_ns);
   std::vector<double> values;
   if (const bags::PointField* field = field_of(
           cloud, {"t", "time", "timestamp", "time_stamp", "time_offset", "offset_time", "t_offset"})) {
     facts.time_field = field->name;
     facts.time_type = field->type;
     bags::read_values(cloud, *field, values);
-    facts.has_bad_times =
-        values.empty() || std::any_of(values.begin(), values.end(), [](double time) { return !std::isfinite(time); });
+    facts.has_bad_times = values.empty() || std::any_of(values.begin(), values.end(),
+                                                        [](double time) { return !std::isfinite(time); });
     if (!facts.has_bad_times) {
       const auto [first, last] = std::minmax_element(values.begin(), values.end());
       facts.first_time = *first;
@@ -89,7 +92,8 @@ ChannelReading choose_channels(const ChannelFacts& facts, double interval_s) {
     const bool is_since_1970 = facts.last_time * unit.s >= least_epoch_s;
     const double from_stamp_s = facts.first_time * unit.s - (is_since_1970 ? facts.stamp_s : 0);
     if (std::abs(from_stamp_s) > longest_s) {
-      reading.time_problem = fmt::format("they are {:.3f} s from the clouds' stamps, as of another clock", from_stamp_s);
+      reading.time_problem =
+          fmt::format("they are {:.3f} s from the clouds' stamps, as of another clock", from_stamp_s);
       return reading;
     }
     reading.time = TimeReading{facts.time_field, unit.s, is_since_1970,
@@ -97,8 +101,8 @@ ChannelReading choose_channels(const ChannelFacts& facts, double interval_s) {
                                            is_since_1970 ? "since 1970" : "from the stamp")};
     return reading;
   }
-  reading.time_problem = fmt::format("a cloud spans {:g}, which is in no unit the {:.3g} s from one cloud to the next",
-                                     span, expected_s);
+  reading.time_problem = fmt::format(
+      "a cloud spans {:g}, which is in no unit the {:.3g} s from one cloud to the next", span, expected_s);
   return reading;
 }
 
@@ -114,13 +118,14 @@ bool read_channels(const bags::PointCloud2& cloud, const ChannelReading& reading
     scan.intensity.reserve(values.size());
     for (const double value : values) {
       const double scaled = std::round(value * reading.intensity_scale);
-      scan.intensity.push_back(scaled > 0 ? static_cast<std::uint8_t>(std::min(scaled, 255.0)) : std::uint8_t{0});
+      scan.intensity.push_back(scaled > 0 ? static_cast<std::uint8_t>(std::min(scaled, 255.0))
+                                          : std::uint8_t{0});
     }
   }
   const bags::PointField* time = reading.time ? cloud.field(reading.time->field) : nullptr;
   if (time == nullptr) return true;
   bags::read_values(cloud, *time, values);
-  const double begin_s = reading.time->is_since_1970 ? 1e-9 * static_cast<double>(stamp_ns) : 0;
+  const double begin_s = reading.time->is_since_1970 ? stamp_in_s(stamp_ns) : 0;
   scan.time_s.reserve(values.size());
   for (const double value : values) {
     const double from_stamp_s = value * reading.time->unit_s - begin_s;

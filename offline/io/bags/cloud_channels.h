@@ -1,10 +1,12 @@
 // Times and intensities of a cloud's points, whatever their driver calls them and in whatever unit: found by
 // name, type and the range of the first cloud's values, the same for all clouds of a topic.
 //
-//   time       a field t, time, timestamp, time_stamp, time_offset, offset_time or t_offset: the unit (s, ms, us,
-//              ns) is the one in which a cloud lasts as long as the clouds are apart. Since 1970, or since the
-//              cloud's stamp.
-//   intensity  a field intensity, reflectivity, signal or reflectance: uint8 as it is; up to 1 times 255; up to
+//   time       a field t, time, timestamp, time_stamp, time_offset, offset_time or t_offset: the unit (s, ms,
+//   us,
+//              ns) is the one in which a cloud lasts as long as the clouds are apart. Since 1970, or since
+//              the cloud's stamp.
+//   intensity  a field intensity, reflectivity, signal or reflectance: uint8 as it is; up to 1 times 255; up
+//   to
 //              255 as it is; larger ones so that 99 % of the first cloud's points have up to 255.
 #pragma once
 

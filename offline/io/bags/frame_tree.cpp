@@ -35,9 +35,8 @@ void FrameTree::shift(std::int64_t by_ns) {
 }
 
 bool FrameTree::has(const std::string& frame) const {
-  return edges_.contains(frame) || std::any_of(edges_.begin(), edges_.end(), [&](const auto& each) {
-           return each.second.parent == frame;
-         });
+  return edges_.contains(frame) || std::any_of(edges_.begin(), edges_.end(),
+                                               [&](const auto& each) { return each.second.parent == frame; });
 }
 
 std::vector<std::string> FrameTree::way_up(const std::string& frame) const {
@@ -73,7 +72,8 @@ bool FrameTree::are_rigid(const std::string& a, const std::string& b) const {
   return is_still(up_a, up_b) && is_still(up_b, up_a);
 }
 
-std::optional<Pose> FrameTree::between(const std::string& a, const std::string& b, std::int64_t stamp_ns) const {
+std::optional<Pose> FrameTree::between(const std::string& a, const std::string& b,
+                                       std::int64_t stamp_ns) const {
   if (a == b) return Pose{};
   const std::vector<std::string> up_a = way_up(a);
   const std::vector<std::string> up_b = way_up(b);

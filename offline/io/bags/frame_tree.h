@@ -17,8 +17,8 @@ class FrameTree {
   static constexpr std::size_t most_frames = 256;
 
   /// `is_static`: true for all times. False: more frames than most_frames, or a pose that is none.
-  bool add(const std::string& parent, const std::string& child, std::int64_t stamp_ns, const Pose& parent_from_child,
-           bool is_static);
+  bool add(const std::string& parent, const std::string& child, std::int64_t stamp_ns,
+           const Pose& parent_from_child, bool is_static);
   /// Sorts the moving ones. Before all that follows, and after the last add().
   void settle();
   /// Of all moving frames.
@@ -34,7 +34,8 @@ class FrameTree {
   [[nodiscard]] bool are_rigid(const std::string& a, const std::string& b) const;
 
   /// a_from_b; none: not connected, or not at that time. Identity for a frame and itself.
-  [[nodiscard]] std::optional<Pose> between(const std::string& a, const std::string& b, std::int64_t stamp_ns) const;
+  [[nodiscard]] std::optional<Pose> between(const std::string& a, const std::string& b,
+                                            std::int64_t stamp_ns) const;
 
   struct Edge {
     std::string parent;

@@ -3,7 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alces_drivers/stamp.h"
+
 namespace alces::offline {
+
+double stamp_in_s(std::int64_t stamp_ns) {
+  return static_cast<double>(stamp_ns / ns_per_s) + seconds(stamp_ns % ns_per_s);
+}
 
 bool PoseTrack::add(std::int64_t stamp_ns, const Pose& pose) {
   constexpr double rotation_tolerance = 0.01;  // of what was rounded on its way

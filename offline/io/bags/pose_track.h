@@ -10,6 +10,9 @@
 
 namespace alces::offline {
 
+/// A stamp in seconds, as near as a double comes to it: the text of the same stamp gives the same double.
+[[nodiscard]] double stamp_in_s(std::int64_t stamp_ns);
+
 /// Memory: 72 bytes a pose, most_poses at most: of a longer track every second pose stays, then every fourth,
 /// and so on.
 class PoseTrack {

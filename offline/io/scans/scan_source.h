@@ -1,9 +1,10 @@
 // Scans from the files of others, one in memory at a time.
 //
 // `open_scans` recognises 3DTK's uos folders (scanNNN.3d), PCD, PLY, LAS, KITTI .bin and CSV: a folder of
-// them, one file, or several; and bags of ROS (bag_scans.h). Files are taken in the natural order of their numbers (scan9 before scan10).
-// Whatever the file's convention, points come out in the body frame of REP 103, metres; only 3DTK's frame is
-// known to differ and is converted, all other formats are taken as they are.
+// them, one file, or several; and bags of ROS (bag_scans.h). Files are taken in the natural order of their
+// numbers (scan9 before scan10). Whatever the file's convention, points come out in the body frame of REP
+// 103, metres; only 3DTK's frame is known to differ and is converted, all other formats are taken as they
+// are.
 //
 // Odometry comes, in this order, from ScanSourceOptions::odometry, from the scans' own .pose files, from
 // their .frames files, or from a trajectory beside the scans: odometry.tum, trajectory.tum, alidarPose.csv,

@@ -35,12 +35,12 @@ struct Channel {
   std::string type;  ///< as ROS 1 writes it: "sensor_msgs/PointCloud2"
   Encoding encoding = Encoding::other;
   std::string encoding_name;  ///< as the bag has it, for people
-  std::string definition;     ///< the type's definition (.msg, those of its fields behind it); empty: not known
+  std::string definition;  ///< the type's definition (.msg, those of its fields behind it); empty: not known
 };
 
 struct Message {
   std::size_t channel = 0;             ///< of channels()
-  std::int64_t log_time_ns = 0;        ///< when it was recorded
+  std::int64_t log_time_ns = 0;        ///< when it was recorded; 0 to latest_stamp_ns
   std::span<const std::uint8_t> data;  ///< valid until the next call
 };
 

@@ -1,5 +1,5 @@
-// One message's fields in turn, whether ROS 2 (CDR, little endian) or ROS 1 laid them out. A read past the end
-// gives zeros and is remembered; counts are believed only as far as there are bytes.
+// One message's fields in turn, whether ROS 2 (CDR, little endian) or ROS 1 laid them out. A read past the
+// end gives zeros and is remembered; counts are believed only as far as there are bytes.
 #pragma once
 
 #include <cstddef>
