@@ -100,7 +100,8 @@ class Rosbag2Folder final : public BagReader {
     }
     if (files_.empty()) files_ = bag_files_in(folder_);
     if (files_.empty())
-      throw BagError(folder_, "is a bag by its metadata.yaml, and the files that it names are not there");
+      throw BagError(folder_, "is a bag by its metadata.yaml, and the files that it names are not there: " +
+                                  (metadata.files.empty() ? "none" : metadata.files.front()));
   }
 
   /// The next file that can be opened.

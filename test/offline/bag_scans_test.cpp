@@ -213,7 +213,7 @@ TEST_CASE("times that are of another clock, all equal, or in no unit that fits a
   const auto [first, step, said] =
       GENERATE(std::tuple{5000.0, 0.01, "are not used: they are 5000.000 s from the clouds' stamps"},
                std::tuple{0.0, 0.0, "are not used: all are equal"},
-               std::tuple{0.0, 7.0, "in no unit the 0.1 s from one cloud to the next"});
+               std::tuple{0.0, 0.1, "in no unit the 0.1 s from one cloud to the next"});
   Ros1BagWriter bag(folder / "drive.bag");
   for (int i = 0; i < 4; ++i) {
     const double stamp_s = begin_s + 0.1 * i;
@@ -371,7 +371,7 @@ TEST_CASE("what cannot be mapped of a bag is said with what to do") {
   CHECK_THAT(refusal_of(folder.write("text.db3", "stamp x y z and so on")), Contains("SQLite"));
   CHECK_THAT(refusal_of(folder.write("whole.db3.zstd", "x")), Contains("unpack it with 'zstd -d'"));
   folder.write("bag/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [bag_0.mcap]\n");
-  CHECK_THAT(refusal_of(folder / "bag"), Contains("bag_0.mcap"));
+  CHECK_THAT(refusal_of(folder / "bag"), Contains("the files that it names are not there: bag_0.mcap"));
   plain_bag(file).write();
   CHECK_THAT(refusal_of(file, {.format = "pcd"}), Contains("--format pcd: a bag says itself"));
   CHECK_THAT(refusal_of(file, {.bag = {.topics = {}, .frame = "gripper", .tf = {}}}),

@@ -22,9 +22,9 @@ bool has_arrived(const Pose& found, const Pose& truth) {
 }
 
 std::vector<Point> read_points(const std::filesystem::path& file) {
-  std::vector<Point> points;
-  offline::open_scans(file)->read(0, points);
-  return points;
+  offline::ScanPoints scan;
+  offline::open_scans(file)->read(0, scan);
+  return scan.points;
 }
 
 }  // namespace

@@ -678,6 +678,7 @@ TEST_CASE("real scans: 3DTK, small_gicp's PLY and libpointmatcher's CSV") {
   REQUIRE(uos->size() == 3);
   CHECK(uos->odometry(2)->translation_m.x() == Approx(3.37973));
   uos->read(0, scan);
+  std::vector<Point> points = scan.points;
   CHECK(points[1].x == 0.0581712F / 100);
   CHECK(points[1].y == -0.100996F);
   CHECK(std::all_of(points.begin(), points.end(), is_finite));

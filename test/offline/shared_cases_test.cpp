@@ -156,6 +156,7 @@ TEST_CASE("case text-clouds: fifty points in every form") {
     CAPTURE(name);
     ScanPoints scan;
     open_scans(at(std::string("text-clouds/") + name))->read(0, scan);
+    const std::vector<Point>& points = scan.points;
     REQUIRE(points.size() == 50);
     CHECK(points[0].x == Approx(3.807));
     CHECK(points[0].y == Approx(1.339));
