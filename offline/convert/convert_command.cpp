@@ -18,10 +18,12 @@
 #include "alces_platform/settings/settings_error.h"
 #include "alces_platform/settings/vehicle_settings.h"
 #include "convert_map.h"
+#include "offline/io/bags/bag_trajectory.h"
 #include "offline/io/files/error.h"
 #include "offline/io/files/input_file.h"
 #include "offline/io/files/staged_folder.h"
 #include "offline/io/scans/scan_source.h"
+#include "offline/program/bag_options.h"
 #include "offline/program/command.h"
 #include "recording_file.h"
 #include "settings_conversion.h"
@@ -45,6 +47,8 @@ constexpr const char* convert_footer = R"(Examples:
   alces convert old.toml new.toml                a configuration of an earlier version by today's names
   alces convert intel.g2o intel.graph            a pose graph as TORO's; .tum, .kitti: its poses
   alces convert scans/ all.pcd --odometry p.tum  a folder of scans, each at its pose, as one cloud
+  alces convert bag/ scans/                      a bag of ROS: its scans as PCD, with odometry.tum beside them
+  alces convert bag.db3:/odom odom.tum           a trajectory in a bag
   alces convert drive.mcap drive.las             what alcesd mapped during the drive
 
 Clouds come in as PLY, PCD, LAS, 3DTK .3d, KITTI .bin and CSV. Not LAZ and E57: Debian has no library for them.
@@ -64,6 +68,7 @@ struct ConvertOptions {
   std::string odometry;
   double scale = 1;
   std::string format;
+  BagTopics bag;
   std::string stamps = "auto";
   std::string gpiomon = "2";
   std::vector<std::string> lines;
@@ -284,6 +289,18 @@ std::optional<ConversionSource> source_for(const fs::path& in, ConversionForm fo
   return conversion_source(in);
 }
 
+MapConversion conversion_of(const ConvertOptions& options, ConversionSource source, ConversionForm form) {
+  MapConversion conversion{options.in, options.out, source, form};
+  ScanSourceOptions reading;
+  choose_odometry(options.odometry, reading);
+  conversion.odometry = reading.odometry;
+  conversion.no_odometry = reading.no_odometry;
+  conversion.scale = options.scale;
+  conversion.scan_format = options.format;
+  conversion.bag = options.bag;
+  return conversion;
+}
+
 /// A map, cloud or trajectory, when IN is one and OUT can be made of it.
 std::optional<MapConversion> map_conversion(const ConvertOptions& options) {
   const std::optional<ConversionForm> form =
@@ -291,6 +308,8 @@ std::optional<MapConversion> map_conversion(const ConvertOptions& options) {
   if (!form) {
     const std::optional<ConversionSource> source = conversion_source(options.in);
     if (!source || *source == ConversionSource::recording) return std::nullopt;
+    if (source == ConversionSource::scans && !fs::path(options.out).has_extension())
+      return conversion_of(options, *source, ConversionForm::scan_folder);
     throw UsageError(
         fmt::format("{}: what to write is not clear; end the name in .ply, .pcd, .las, .csv, .bin, .tum, "
                     ".kitti, .g2o, .graph or .mcap, or say it with --to",
@@ -303,14 +322,7 @@ std::optional<MapConversion> map_conversion(const ConvertOptions& options) {
   if (!source)
     throw UsageError(
         fmt::format("{} is no map, cloud, trajectory or pose graph; --to is for these", options.in));
-  MapConversion conversion{options.in, options.out, *source, *form};
-  ScanSourceOptions reading;
-  choose_odometry(options.odometry, reading);
-  conversion.odometry = reading.odometry;
-  conversion.no_odometry = reading.no_odometry;
-  conversion.scale = options.scale;
-  conversion.scan_format = options.format;
-  return conversion;
+  return conversion_of(options, *source, *form);
 }
 
 void convert_map(const ConvertOptions& options, const MapConversion& conversion) {
@@ -332,7 +344,8 @@ void convert_map(const ConvertOptions& options, const MapConversion& conversion)
 }
 
 void convert(ConvertOptions options) {
-  if (!fs::exists(options.in)) throw InputError(options.in, "does not exist; check the path");
+  if (!fs::exists(options.in) && !names_bag_topic(options.in))
+    throw InputError(options.in, "does not exist; check the path");
   std::error_code error;
   if (fs::equivalent(options.in, options.out, error))
     throw UsageError(fmt::format("{} is both read and written; name another OUT", options.in));
@@ -369,19 +382,21 @@ void add_convert_command(CLI::App& alces) {
   CLI::App* verb = alces.add_subcommand(
       "convert", "Drives, maps, clouds, trajectories and pose graphs in the forms of other programs.");
   verb->footer(convert_footer);
-  verb->add_option("IN", options->in,
-                   "a recording (.mcap), traces, a map folder, scans, a cloud, a trajectory or a pose graph")
+  verb->add_option(
+          "IN", options->in,
+          "a recording (.mcap), a bag, traces, a map folder, scans, a cloud, a trajectory or a pose graph")
       ->required();
   verb->add_option("OUT", options->out, "the file or folder to write; its name says the form")->required();
   verb->add_option("--to", options->to, "the form of OUT, where its name does not say it")
-      ->check(CLI::IsMember(
-          {"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o", "toro", "mcap"}));
+      ->check(CLI::IsMember({"ply", "pcd", "las", "csv", "kitti-scan", "tum", "kitti", "frames", "g2o",
+                             "toro", "mcap", "scans"}));
   verb->add_option("--odometry", options->odometry,
                    "poses of the scans, instead of those beside them; none: no poses at all");
   verb->add_option("--scale", options->scale, "of the scans' coordinates: 0.001 where they are mm")
       ->check(CLI::Range(1e-9, 1e9))
       ->capture_default_str();
   verb->add_option("--format", options->format, "of the scans, as alces map has it");
+  add_bag_options(*verb, options->bag);
   verb->add_option("--gpiomon", options->gpiomon, "the form of gpiomon's text to write: of libgpiod 1 or 2")
       ->check(CLI::IsMember({"1", "2"}))
       ->capture_default_str();

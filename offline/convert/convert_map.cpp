@@ -14,10 +14,13 @@
 #include <utility>
 
 #include "alces_drivers/stamp.h"
+#include "alces_platform/bags/bag_reader.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
 #include "cloud_writer.h"
 #include "graph_conversion.h"
+#include "offline/io/bags/bag_trajectory.h"
+#include "offline/io/bags/own_recording.h"
 #include "offline/io/files/error.h"
 #include "offline/io/files/input_file.h"
 #include "offline/io/map_folder/ply_stream.h"
@@ -28,6 +31,7 @@
 #include "offline/optimize/graph/graph_file.h"
 #include "recorded_graph.h"
 #include "recording_file.h"
+#include "scan_folder.h"
 
 namespace alces::offline {
 namespace {
@@ -35,7 +39,7 @@ namespace {
 namespace fs = std::filesystem;
 using ScanProgress = std::function<void(std::size_t, std::size_t)>;
 
-constexpr std::array<std::pair<std::string_view, ConversionForm>, 12> form_names = {
+constexpr std::array<std::pair<std::string_view, ConversionForm>, 13> form_names = {
     {{"ply", ConversionForm::ply},
      {"pcd", ConversionForm::pcd},
      {"las", ConversionForm::las},
@@ -47,7 +51,8 @@ constexpr std::array<std::pair<std::string_view, ConversionForm>, 12> form_names
      {"g2o", ConversionForm::g2o},
      {"toro", ConversionForm::toro},
      {"graph", ConversionForm::toro},
-     {"mcap", ConversionForm::mcap}}};
+     {"mcap", ConversionForm::mcap},
+     {"scans", ConversionForm::scan_folder}}};
 
 bool is_trajectory_form(ConversionForm form) {
   return form == ConversionForm::tum || form == ConversionForm::kitti || form == ConversionForm::frames;
@@ -403,8 +408,9 @@ Trajectory trajectory_of(const MapConversion& conversion) {
     case ConversionSource::cloud:
       break;
   }
-  const std::unique_ptr<ScanSource> scans =
-      open_scans(conversion.in, {.odometry = conversion.odometry, .no_odometry = conversion.no_odometry});
+  const std::unique_ptr<ScanSource> scans = open_scans(
+      conversion.in,
+      {.odometry = conversion.odometry, .no_odometry = conversion.no_odometry, .bag = conversion.bag});
   Trajectory trajectory;
   trajectory.has_time = true;
   for (std::size_t i = 0; i < scans->size(); ++i) {
@@ -445,6 +451,8 @@ ConstraintGraph graph_of(const MapConversion& conversion) {
 
 std::optional<ConversionSource> conversion_source(const fs::path& in) {
   std::error_code ignored;
+  if (names_bag_topic(in)) return ConversionSource::trajectory;
+  if (bags::is_bag(in) && fs::exists(in, ignored) && !is_own_recording(in)) return ConversionSource::scans;
   if (fs::is_directory(in, ignored)) {
     if (fs::exists(in / "map.ply", ignored) && fs::exists(in / "trajectory.tum", ignored))
       return ConversionSource::map_folder;
@@ -502,6 +510,13 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
                      "program it comes from");
   }
   MapConversionReport report;
+  if (conversion.form == ConversionForm::scan_folder) {
+    if (conversion.source != ConversionSource::scans && conversion.source != ConversionSource::cloud)
+      throw UsageError(
+          fmt::format("{} is no bag and no scans; a folder of scans comes of these", conversion.in.string()));
+    write_scan_folder(conversion, report, progress);
+    return report;
+  }
   if (is_graph_form(conversion.form)) {
     write_graph_as(graph_of(conversion), conversion, report);
     return report;
@@ -537,7 +552,8 @@ MapConversionReport convert_map(const MapConversion& conversion, const ScanProgr
     scans = open_scans(conversion.in, {.odometry = conversion.odometry,
                                        .no_odometry = conversion.no_odometry,
                                        .scale = conversion.scale,
-                                       .format = conversion.scan_format});
+                                       .format = conversion.scan_format,
+                                       .bag = conversion.bag});
     origins.cloud_m = scans->origin_m();
     if (origins.cloud_m == Origin{}) origins.cloud_m = origins.poses_m = origin_of_poses(*scans);
   } else if (conversion.source == ConversionSource::map_folder) {

@@ -1,10 +1,11 @@
 // What `alces convert` does with clouds, scans, maps, trajectories and pose graphs. (Drives, which are
 // events, are converted by platform/replay.)
 //
-//   in:  a map folder, a folder of scans or one cloud (all that open_scans reads), a trajectory, a pose graph
+//   in:  a map folder, a folder of scans, a bag or one cloud (all that open_scans reads), a trajectory, a
+//   pose graph
 //        (g2o, TORO), a recording with the scans and poses that alcesd mapped
 //   out: a cloud (PLY, PCD, LAS, CSV, KITTI .bin), a trajectory (TUM, KITTI, 3DTK frames), a pose graph, a
-//        recording (MCAP)
+//        recording (MCAP); a folder of scans, as PCD in the body's frame, with odometry.tum beside them
 //
 // A pose graph becomes a pose graph or a trajectory, whose stamps are the vertices' ids. A map folder becomes
 // a recording with its clouds, poses, edges and loops; a recording with poses and edges becomes a pose graph.
@@ -21,6 +22,8 @@
 #include <string>
 #include <vector>
 
+#include "offline/io/scans/scan_source.h"
+
 namespace alces::offline {
 
 enum class ConversionSource : std::uint8_t { map_folder, scans, cloud, trajectory, graph, recording };
@@ -36,12 +39,13 @@ enum class ConversionForm : std::uint8_t {
   g2o,
   toro,
   mcap,
+  scan_folder,
 };
 
 /// What `in` is, when it is one of these; none: leave it to others.
 [[nodiscard]] std::optional<ConversionSource> conversion_source(const std::filesystem::path& in);
 /// By the name of OUT: .ply .pcd .las .csv .xyz .bin .tum .kitti .g2o .graph .mcap, and a folder called
-/// frames.
+/// frames. Any other folder (a name that ends in /) is one of scans where IN is scans.
 [[nodiscard]] std::optional<ConversionForm> conversion_form(const std::filesystem::path& out);
 /// "ply", "pcd", ..., "kitti-scan", as --to has them.
 [[nodiscard]] std::optional<ConversionForm> conversion_form_called(const std::string& name);
@@ -55,6 +59,7 @@ struct MapConversion {
   bool no_odometry = false;                            ///< nor those beside them
   double scale = 1;                                    ///< of the scans' coordinates
   std::string scan_format = {};                        ///< ScanSourceOptions::format
+  BagTopics bag = {};                                  ///< ScanSourceOptions::bag
 };
 
 struct MapConversionReport {

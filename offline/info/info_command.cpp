@@ -15,14 +15,18 @@
 #include <string>
 
 #include "alces_drivers/stamp.h"
+#include "alces_platform/bags/bag_reader.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
+#include "bag_info.h"
+#include "offline/io/bags/own_recording.h"
 #include "offline/io/files/error.h"
 #include "offline/io/files/input_file.h"
 #include "offline/io/files/json_text.h"
 #include "offline/io/map_folder/stored_scan_file.h"
 #include "offline/io/map_folder/trajectory.h"
 #include "offline/io/scans/scan_source.h"
+#include "offline/program/bag_options.h"
 #include "offline/program/command.h"
 
 namespace alces::offline {
@@ -35,6 +39,7 @@ constexpr const char* info_footer = R"(Examples:
   alces info scans/                a folder of scans: counts, extent, odometry, points that are not finite
   alces info town                  a map folder: its trajectory, points, graph, and the summary of its run
   alces info drive.mcap            a recorded drive: duration, messages by topic, whether it is whole
+  alces info bag/                  a bag of ROS: topics, rates, frames, fields, and which would make a map
   alces info graph.g2o --json      a pose graph (g2o, TORO), for machines
 
 Also: trajectories (TUM, KITTI, 4x4 matrices, 3DTK) and single scans (PLY, PCD, LAS, 3DTK, KITTI, CSV).)";
@@ -302,7 +307,11 @@ Json with_kind(const char* kind, const fs::path& path, const Json& content) {
   return json;
 }
 
-Json describe(const fs::path& path) {
+Json describe(const fs::path& path, const BagTopics& asked) {
+  if (bags::is_bag(path) && !is_own_recording(path)) {
+    Progress progress("reading the bag");
+    return with_kind("bag", path, describe_bag(path, asked, std::ref(progress)));
+  }
   const auto scans = [&] { return with_kind("scans", path, describe(*open_scans(path))); };
   const auto trajectory = [&] { return with_kind("trajectory", path, describe(read_trajectory(path))); };
   if (fs::is_directory(path)) {
@@ -374,19 +383,24 @@ void print(const Json& json, int indent) {
 void add_info_command(CLI::App& alces) {
   struct Options {
     std::string path;
+    BagTopics bag;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
   CLI::App* verb = alces.add_subcommand("info", "What a file or folder holds.");
   verb->footer(info_footer);
-  verb->add_option("ANY", options->path, "scans, a recording, a trajectory, a map folder or a pose graph")
+  verb->add_option("ANY", options->path,
+                   "scans, a recording, a bag, a trajectory, a map folder or a pose graph")
       ->required();
+  add_bag_options(*verb, options->bag);
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options] {
     if (!fs::exists(options->path)) throw InputError(options->path, "does not exist; check the path");
-    const Json json = describe(fs::path(options->path));
+    const Json json = describe(fs::path(options->path), options->bag);
     if (options->json) {
       fmt::print("{}\n", json_text(json));
+    } else if (json["kind"] == "bag") {
+      fmt::print("{}", bag_text(json));
     } else {
       print(json, 0);
     }

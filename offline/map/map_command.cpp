@@ -2,10 +2,13 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "alces_platform/bags/bag_reader.h"
 #include "map_and_write.h"
 #include "map_run.h"
 #include "mapper_settings.h"
@@ -13,6 +16,7 @@
 #include "offline/io/files/error.h"
 #include "offline/io/scans/scan_source.h"
 #include "offline/optimize/graph/loop_back_end.h"
+#include "offline/program/bag_options.h"
 #include "offline/program/command.h"
 
 namespace alces::offline {
@@ -30,6 +34,7 @@ struct MapOptions {
   double scan_interval_s = 0;
   double scale = 1;
   std::string format;
+  BagTopics bag;
   std::string front_end = "default";
   std::string loop_optimizer = "elch";
   std::string memory = "64MiB";
@@ -49,13 +54,18 @@ constexpr const char* map_footer = R"(Examples:
   alces map scans/ --out town --deskew none              points have times, and their motion is taken out already
   alces map scans/ --out town --front-end paper          ICP and sharing out as they were published
   alces map scans/ --out town --memory 16MiB             as on a small board: what does not fit goes to the disk
+  alces map drive/ --out town --topic /points --tf odom  a bag of ROS (MCAP, rosbag2, .db3, .bag), its topics named
   alces map --print-config > map.toml                    every number, to be changed and given with --config
 
-SCANS is a folder or several files: 3DTK uos, PCD, PLY, LAS, KITTI .bin, CSV. Poses belong to scans by the stamps in the files'
+SCANS is a folder or several files: 3DTK uos, PCD, PLY, LAS, KITTI .bin, CSV; or a bag. Poses belong to scans by the stamps in the files'
 names (a number with decimals, or since 1970), else by their numbers, else by their order; a line says which. run.json keeps which
 file was the odometry, so that 'alces evaluate' can tell when it is taken for the truth, too. The map folder holds trajectory.tum (the poses),
 graph.g2o, frames/ (for 3DTK), map.ply (the points) and run.json (settings, times, memory, loops). It is written beside OUT and takes
 its place when it is whole; files of others in OUT stay. The frame is REP 103's, metres, the origin is the first scan.
+
+A bag needs no options where it has one lidar and one odometry; 'alces info BAG' shows what would be taken, and why. Scans are
+sensor_msgs/PointCloud2, odometry is nav_msgs/Odometry or /tf, the mounting is in /tf_static. --odometry BAG:TOPIC takes the poses of
+another bag.
 
 Points with times (fields t, time, timestamp, offset_time, GPS time, ...) are deskewed: by the odometry between the stamps of the
 scans, else by the motion of the last steps. A line says how their unit was found and how far points were moved. Files that were
@@ -96,14 +106,20 @@ void map_scans(const MapOptions& options) {
   if (options.out.empty()) throw UsageError("--out is missing; name the folder that the map is written to");
 
   const MapRequest map_request = request(options);
-  ScanSourceOptions source_options = {
-      .scale = options.scale, .scan_interval_s = options.scan_interval_s, .format = options.format};
+  ScanSourceOptions source_options = {.scale = options.scale,
+                                      .scan_interval_s = options.scan_interval_s,
+                                      .format = options.format,
+                                      .bag = options.bag};
   choose_odometry(options.odometry, source_options);
+  std::optional<Progress> surveying(std::in_place, "reading the bag");
+  source_options.survey_progress = std::ref(*surveying);
   PrefetchingScanSource scans(open_scans(options.scans, source_options));
+  surveying.reset();
   nlohmann::json source = {
       {"paths", nlohmann::json::array()},
       {"reading",
        {{"scale", options.scale}, {"format", options.format}, {"scan_interval_s", options.scan_interval_s}}}};
+  if (bags::is_bag(options.scans.front())) source["reading"]["bag"] = to_json(options.bag);
   for (const std::filesystem::path& path : options.scans)
     source["paths"].push_back(std::filesystem::absolute(path).lexically_normal().string());
   map_and_write(scans, map_request, options.out,
@@ -116,7 +132,7 @@ void add_map_command(CLI::App& alces) {
   auto options = std::make_shared<MapOptions>();
   CLI::App* verb = alces.add_subcommand("map", "A consistent map from a folder of scans.");
   verb->footer(map_footer);
-  verb->add_option("SCANS", options->scans, "a folder of scans, or scan files");
+  verb->add_option("SCANS", options->scans, "a folder of scans, scan files, or a bag of ROS");
   verb->add_option("--out", options->out, "the map folder to write");
   verb->add_option("--odometry", options->odometry,
                    "rough poses: TUM, KITTI, 3DTK or 4x4 matrices; none: not those beside the scans either");
@@ -133,6 +149,7 @@ void add_map_command(CLI::App& alces) {
                    "of the scans, where their names do not say it: " +
                        fmt::format("{}", fmt::join(scan_format_names(), ", ")) +
                        ", or float32xN, float64xN: N numbers a point, the first three x y z");
+  add_bag_options(*verb, options->bag);
   verb->add_option("--front-end", options->front_end, "how scans are matched")
       ->check(CLI::IsMember({"default", "paper"}))
       ->capture_default_str();

@@ -7,9 +7,12 @@
 #include <chrono>
 #include <cstdio>
 
+#include "alces_platform/bags/bag_reader.h"
+#include "offline/io/bags/own_recording.h"
 #include "offline/io/files/error.h"
 #include "offline/io/scans/spooled_scan_source.h"
 #include "offline/optimize/lum/map_deskew.h"
+#include "offline/program/bag_options.h"
 #include "offline/program/command.h"
 #include "offline/replay/drive_replay.h"
 #include "processes.h"
@@ -77,15 +80,21 @@ std::unique_ptr<ScanSource> open_scans_of(const MapGraph& map, const LumOptions&
       options.scans.empty() ? source_of_map(map.folder, map.report) : options.scans;
   const nlohmann::json::json_pointer replay("/source/replay");
   const bool was_replayed = map.report.is_object() && map.report.contains(replay);
-  if (!was_replayed && paths.front().extension() != ".mcap") {
+  const bool is_bag = !was_replayed && bags::is_bag(paths.front()) && !is_own_recording(paths.front());
+  if (!was_replayed && (is_bag || paths.front().extension() != ".mcap")) {
     ScanSourceOptions reading;  // as for the map
     const nlohmann::json::json_pointer place("/source/reading");
     if (map.report.is_object() && map.report.contains(place)) {
       reading.scale = map.report[place].value("scale", 1.0);
       reading.format = map.report[place].value("format", "");
       reading.scan_interval_s = map.report[place].value("scan_interval_s", 0.0);
+      reading.bag = bag_topics_from(map.report[place]);
     }
     std::unique_ptr<ScanSource> scans = open_scans(paths, reading);
+    if (is_bag) {
+      Progress progress("reading the bag");
+      scans = std::make_unique<SpooledScanSource>(*scans, scratch, std::ref(progress));
+    }
     if (!was_deskewed(map.report)) return scans;
     const std::vector<std::size_t> index = scans_of_trajectory(map.trajectory, *scans);
     return std::make_unique<MapDeskewedSource>(std::move(scans), map.trajectory, index);

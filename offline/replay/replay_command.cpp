@@ -5,7 +5,9 @@
 #include <memory>
 #include <string>
 
+#include "alces_platform/bags/bag_reader.h"
 #include "drive_replay.h"
+#include "offline/io/bags/own_recording.h"
 #include "offline/io/files/byte_size.h"
 #include "offline/io/files/error.h"
 #include "offline/map/map_and_write.h"
@@ -39,7 +41,7 @@ constexpr const char* replay_footer = R"(Examples:
   alces replay drive.mcap --out town --speed 1           at the pace of the drive
   alces replay drive.mcap --out skewed --no-deskew       what the motion during a scan would do
 
-DRIVE is a recording (MCAP, of alcesd or alces simulate), a folder of traces, or one trace. Every event goes through the
+DRIVE is a recording (MCAP, of alcesd or alces simulate), a folder of traces, or one trace; bags of ROS go to 'alces map'. Every event goes through the
 same drivers as on the vehicle and in the same order: the same recording gives the same poses, run after run, and those of
 the vehicle itself. The stamps of trajectory.tum are seconds of the vehicle's monotonic clock.
 
@@ -50,6 +52,10 @@ Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reache
 130 Ctrl-C.)";
 
 void replay_drive(const ReplayOptions& options) {
+  if (bags::is_bag(options.drive) && std::filesystem::exists(options.drive) && !is_own_recording(options.drive))
+    throw InputError(options.drive, fmt::format("is a bag of ROS, whose scans no drivers are needed for: 'alces map {} "
+                                                "--out {}' maps it",
+                                                options.drive, options.out));
   DriveReplayOptions replay_options;
   if (!options.config.empty()) replay_options.config = options.config;
   replay_options.deskew = !options.no_deskew;

@@ -33,7 +33,8 @@ struct Trajectory {
 ///   - KITTI: the 12 numbers of a 3x4 matrix a line;
 ///   - 4x4 matrices, four lines a pose, also with the stamp in place of the last 1 (alidarPose.csv);
 ///   - a folder of 3DTK .frames (the last line's matrix) or, without them, .pose files, numbered by name;
-///   - a map folder (its trajectory.tum).
+///   - a map folder (its trajectory.tum);
+///   - a bag, or BAG:TOPIC (bag_trajectory.h).
 /// Numbers may be separated by blanks, tabs, commas or semicolons. InputError otherwise.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file_or_folder);
 

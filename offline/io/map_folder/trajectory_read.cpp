@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "offline/io/bags/bag_trajectory.h"
 #include "offline/io/files/error.h"
 #include "offline/io/files/input_file.h"
 #include "offline/io/files/number_table.h"
@@ -328,6 +329,7 @@ std::optional<std::filesystem::path> find_trajectory(const std::filesystem::path
 
 Trajectory read_trajectory(const std::filesystem::path& file_or_folder) {
   std::error_code ignored;
+  if (std::optional<Trajectory> of_bag = read_bag_trajectory(file_or_folder)) return *std::move(of_bag);
   if (!std::filesystem::is_directory(file_or_folder, ignored)) return read_trajectory_file(file_or_folder);
   if (std::filesystem::is_regular_file(file_or_folder / "trajectory.tum", ignored)) {
     return read_trajectory_file(file_or_folder / "trajectory.tum");

@@ -14,7 +14,9 @@
 #include <system_error>
 #include <utility>
 
+#include "alces_platform/bags/bag_reader.h"
 #include "offline/evaluate/evaluation.h"
+#include "offline/io/bags/bag_scans.h"
 #include "offline/io/files/error.h"
 #include "offline/io/files/input_file.h"
 #include "offline/io/map_folder/trajectory.h"
@@ -350,6 +352,8 @@ class Opener {
         throw InputError(file, "is a folder among several scans; give one folder, or files only");
       }
       if (!fs::exists(file, ignored)) throw InputError(file, "does not exist; check the path");
+      if (bags::is_bag(file))
+        throw InputError(file, "is a bag among several files; give one bag, or the folder of a split one");
       const Format* format = format_ != nullptr ? format_ : format_of(file);
       if (format == nullptr && file.extension() == ".txt") format = &formats.back();
       if (format == nullptr) {
@@ -721,6 +725,7 @@ std::vector<std::string> scan_format_names() {
 
 std::unique_ptr<ScanSource> open_scans(const fs::path& folder_or_file, const ScanSourceOptions& options) {
   std::error_code ignored;
+  if (bags::is_bag(folder_or_file)) return open_bag_scans(folder_or_file, options);
   if (fs::is_directory(folder_or_file, ignored)) return Opener(options).folder(folder_or_file);
   return Opener(options).files(std::span(&folder_or_file, 1));
 }

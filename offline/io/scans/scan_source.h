@@ -1,9 +1,10 @@
 // Scans from the files of others, one in memory at a time.
 //
 // `open_scans` recognises 3DTK's uos folders (scanNNN.3d), PCD, PLY, LAS, KITTI .bin and CSV: a folder of
-// them, one file, or several. Files are taken in the natural order of their numbers (scan9 before scan10).
-// Whatever the file's convention, points come out in the body frame of REP 103, metres; only 3DTK's frame is
-// known to differ and is converted, all other formats are taken as they are.
+// them, one file, or several; and bags of ROS (bag_scans.h). Files are taken in the natural order of their
+// numbers (scan9 before scan10). Whatever the file's convention, points come out in the body frame of REP
+// 103, metres; only 3DTK's frame is known to differ and is converted, all other formats are taken as they
+// are.
 //
 // Odometry comes, in this order, from ScanSourceOptions::odometry, from the scans' own .pose files, from
 // their .frames files, or from a trajectory beside the scans: odometry.tum, trajectory.tum, alidarPose.csv,
@@ -23,6 +24,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -91,6 +93,14 @@ class ScanSource {
   [[nodiscard]] virtual bool has_intensity() const { return false; }
 };
 
+/// What is taken of a bag of ROS where its own topics and frames leave a choice (bag_choice.h); all may be
+/// empty.
+struct BagTopics {
+  std::vector<std::string> topics = {};  ///< one of scans, one of odometry, in any order
+  std::string frame = {};                ///< the body's
+  std::string tf = {};                   ///< the frame of /tf that the odometry is in: "odom"
+};
+
 struct ScanSourceOptions {
   /// A trajectory in any format of trajectory.h. It belongs to the scans by stamps where both have them, by
   /// number where its first column holds every scan's, else by order, and then has as many poses as scans.
@@ -99,6 +109,9 @@ struct ScanSourceOptions {
   double scale = 1;            ///< of the coordinates of all scans: 0.001 where they are mm
   double scan_interval_s = 0;  ///< from one scan to the next where no stamps are known; 0: they stay unknown
   std::string format = {};     ///< one of scan_format_names(), or float32xN, float64xN; empty: by the names
+  BagTopics bag = {};          ///< what is taken of a bag
+  /// Bytes done and in all while a bag is surveyed, which reads all of it; may be empty.
+  std::function<void(std::size_t, std::size_t)> survey_progress = {};
 };
 
 /// As --odometry has it: empty for the poses beside the scans, "none" for no poses at all, or a file.
@@ -107,7 +120,7 @@ void choose_odometry(const std::string& option, ScanSourceOptions& options);
 /// "3dtk", "pcd", "ply", "las", "kitti", "nuscenes", "csv".
 [[nodiscard]] std::vector<std::string> scan_format_names();
 
-/// A folder of scans, or one scan file.
+/// A folder of scans, one scan file, or a bag.
 [[nodiscard]] std::unique_ptr<ScanSource> open_scans(const std::filesystem::path& folder_or_file,
                                                      const ScanSourceOptions& options = {});
 /// Several scan files, taken in natural order like those of a folder; or one folder.
