@@ -367,8 +367,7 @@ static int latest_in_map(const struct view* view, alces_pose* pose) {
 int alces_client_latest(alces_client* client, alces_transform transform, alces_pose* pose) {
   if (client == NULL || pose == NULL) return ALCES_BAD_ARGUMENT;
   struct view view;
-  const int result =
-      transform == ALCES_ODOM_FROM_BODY ? look(client, &view) : look_with_map(client, &view);
+  const int result = transform == ALCES_ODOM_FROM_BODY ? look(client, &view) : look_with_map(client, &view);
   if (result < 0) return result;
   switch (transform) {
     case ALCES_ODOM_FROM_BODY:
@@ -472,8 +471,9 @@ int alces_client_next_event(alces_client* client, alces_event* event) {
   }
   if (client->next_event > view.map.events) return ALCES_NO_EVENT;
   struct alces_page_event said;
-  int got = client->next_event < oldest_event(view.map.events) ? ALCES_EVENTS_LOST
-                                                                : read_event(view.page, client->next_event, &said);
+  int got = client->next_event < oldest_event(view.map.events)
+                ? ALCES_EVENTS_LOST
+                : read_event(view.page, client->next_event, &said);
   if (got == ALCES_EVENTS_LOST) client->next_event = oldest_event(view.map.events + 1);
   if (got != ALCES_OK) return got;
   ++client->next_event;

@@ -50,8 +50,8 @@ int mapping_look(struct mapping* mapping, const char* path) {
   struct stat status;
   int result = ALCES_BAD_PAGE;
   if (fstat(file, &status) == 0) {
-    const int is_same = mapping->page != NULL && status.st_dev == mapping->device &&
-                        status.st_ino == mapping->inode;
+    const int is_same =
+        mapping->page != NULL && status.st_dev == mapping->device && status.st_ino == mapping->inode;
     result = is_same ? ALCES_OK : look_into(mapping, file, &status);
   }
   close(file);

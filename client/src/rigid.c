@@ -69,8 +69,8 @@ rigid rigid_between(const rigid* from, const rigid* to, double fraction) {
 
 rigid rigid_ahead(const rigid* pose, const double velocity[6], double duration_s) {
   const double* const turn_rad_s = velocity + 3;
-  const double rate = sqrt(turn_rad_s[0] * turn_rad_s[0] + turn_rad_s[1] * turn_rad_s[1] +
-                           turn_rad_s[2] * turn_rad_s[2]);
+  const double rate =
+      sqrt(turn_rad_s[0] * turn_rad_s[0] + turn_rad_s[1] * turn_rad_s[1] + turn_rad_s[2] * turn_rad_s[2]);
   const double half = 0.5 * rate * duration_s;
   rigid step;
   rigid half_turn = {{0, 0, 0}, {0, 0, 0, 1}};

@@ -40,8 +40,8 @@ extern "C" {
 #define ALCES_PAGE_TRIES 1000u
 
 // Beyond these a pose is stale.
-#define ALCES_PAGE_ALIVE_LIMIT_NS INT64_C(500000000)   // since the acquisition thread wrote: it stands still
-#define ALCES_PAGE_SCAN_LIMIT_NS INT64_C(3000000000)   // since the newest scan that is in the map
+#define ALCES_PAGE_ALIVE_LIMIT_NS INT64_C(500000000)  // since the acquisition thread wrote: it stands still
+#define ALCES_PAGE_SCAN_LIMIT_NS INT64_C(3000000000)  // since the newest scan that is in the map
 #define ALCES_PAGE_AHEAD_LIMIT_NS INT64_C(100000000)  // past the newest pose of the odometry
 
 enum { ALCES_PAGE_LIVE = 1, ALCES_PAGE_ENDED = 2, ALCES_PAGE_REPLACED = 3 };
@@ -86,17 +86,17 @@ struct alces_page_odometry {
   uint64_t nodes;    // sequence of the newest
   int64_t node_stamp_ns;
   struct alces_page_transform odom_from_body;  // that node, carried on to when it was published
-  double velocity[6];  // of the body along its own axes: m/s, rad/s
+  double velocity[6];                          // of the body along its own axes: m/s, rad/s
   struct alces_page_growth growth;
   uint32_t is_valid;  // odometry comes and is believed
   uint32_t reserved;
 };
 
 struct alces_page_map {
-  uint64_t events;                             // sequence of the newest
-  struct alces_page_transform map_from_odom;   // stamp: reference time of the scan it was found by
-  struct alces_page_rigid odom_from_body;      // at that time
-  struct alces_page_transform map_from_body;   // of the newest scan, at its reference time
+  uint64_t events;                            // sequence of the newest
+  struct alces_page_transform map_from_odom;  // stamp: reference time of the scan it was found by
+  struct alces_page_rigid odom_from_body;     // at that time
+  struct alces_page_transform map_from_body;  // of the newest scan, at its reference time
 };
 
 struct alces_page_node {
@@ -139,8 +139,8 @@ struct alces_page_status {
   uint32_t is_archive_stalled;
   uint32_t is_recording;
   uint32_t is_recording_stalled;
-  uint32_t parts;      // of the map that nothing ties together
-  char phase[64];      // words for people
+  uint32_t parts;  // of the map that nothing ties together
+  char phase[64];  // words for people
   char reason[128];
   char doubt[128];
 };

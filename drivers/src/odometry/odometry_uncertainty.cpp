@@ -12,8 +12,8 @@ constexpr int way_scale = 6;
 constexpr int turn_scale = 7;
 constexpr int bias = 8;
 
-constexpr double slip_s = 3;       ///< wheels slip alike for so long
-constexpr double slope_m = 10;     ///< and the ground rises alike
+constexpr double slip_s = 3;    ///< wheels slip alike for so long
+constexpr double slope_m = 10;  ///< and the ground rises alike
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;

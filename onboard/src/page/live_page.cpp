@@ -58,8 +58,7 @@ void LivePage::publish_node(const OdometryState& state) {
   write(page_.nodes[(node.sequence - 1) % ALCES_PAGE_NODES], node);
 }
 
-void LivePage::publish_odometry(const Odometry* odometry, const OdometryErrors& errors,
-                                std::int64_t now_ns) {
+void LivePage::publish_odometry(const Odometry* odometry, const OdometryErrors& errors, std::int64_t now_ns) {
   odometry_.alive_ns = now_ns;
   if (odometry != nullptr) {
     const OdometryState state = odometry->state_at(now_ns);
@@ -69,8 +68,8 @@ void LivePage::publish_odometry(const Odometry* odometry, const OdometryErrors& 
       publish(odometry_.odom_from_body, state.odometry_from_body, state.stamp_ns, now_ns,
               odometry->uncertainty().covariance());
       std::copy_n(state.velocity.data(), state.velocity.size(), odometry_.velocity);
-      odometry_.growth = {std::hypot(errors.way, errors.slip), errors.turn, odometry->uncertainty().bias_rad_s(),
-                          errors.noise_rad_per_sqrt_s, errors.tilt_rad};
+      odometry_.growth = {std::hypot(errors.way, errors.slip), errors.turn,
+                          odometry->uncertainty().bias_rad_s(), errors.noise_rad_per_sqrt_s, errors.tilt_rad};
     }
   }
   write(page_.odometry, odometry_);

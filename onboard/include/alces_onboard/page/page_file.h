@@ -13,8 +13,8 @@ namespace alces::onboard {
 class PageFile {
  public:
   /// Makes it, and takes the place of the one before, whose readers are told. Error: a group that there is
-  /// not, a file that is no page, a page that another alcesd writes, a folder on a disk (a store into the page
-  /// would wait for it), or whatever the system says.
+  /// not, a file that is no page, a page that another alcesd writes, a folder on a disk (a store into the
+  /// page would wait for it), or whatever the system says.
   explicit PageFile(const settings::PageSettings& settings);
   PageFile(const PageFile&) = delete;
   PageFile& operator=(const PageFile&) = delete;
