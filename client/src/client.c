@@ -11,6 +11,7 @@
 #include "rigid.h"
 
 #define LOOK_AGAIN_NS INT64_C(100000000)
+#define SLOPE_M 10.0  // the ground rises alike for so long
 
 struct alces_client {
   struct mapping mapping;
@@ -49,8 +50,8 @@ const char* alces_client_text(int result) {
       return "this file is no page, or was cut off";
     case ALCES_OTHER_VERSION:
       return "the page is of another version than this libalces-client: install the one of alcesd";
-    case ALCES_WRITER_STUCK:
-      return "alcesd died, or is held up, in the middle of writing";
+    case ALCES_UNSETTLED:
+      return "what was read changed all the time: try again";
     case ALCES_NOT_YET:
       return "there is none yet";
     case ALCES_TOO_OLD:
@@ -127,16 +128,16 @@ static int read_status(const struct alces_page* page, struct alces_page_status* 
 
 static int read_node(const struct alces_page* page, uint64_t sequence, struct alces_page_node* node) {
   uint32_t words[ALCES_PAGE_WORDS(*node)];
-  if (!alces_page_read(page->nodes[(sequence - 1) % ALCES_PAGE_NODES], words, ALCES_PAGE_WORDS(*node)))
-    return ALCES_WRITER_STUCK;
+  if (!alces_page_load(page->nodes[(sequence - 1) % ALCES_PAGE_NODES], words, ALCES_PAGE_WORDS(*node)))
+    return ALCES_TOO_OLD;  // just now overwritten
   memcpy(node, words, sizeof *node);
   return node->sequence == sequence ? ALCES_OK : ALCES_TOO_OLD;
 }
 
 static int read_event(const struct alces_page* page, uint64_t sequence, struct alces_page_event* event) {
   uint32_t words[ALCES_PAGE_WORDS(*event)];
-  if (!alces_page_read(page->events[(sequence - 1) % ALCES_PAGE_EVENTS], words, ALCES_PAGE_WORDS(*event)))
-    return ALCES_WRITER_STUCK;
+  if (!alces_page_load(page->events[(sequence - 1) % ALCES_PAGE_EVENTS], words, ALCES_PAGE_WORDS(*event)))
+    return ALCES_EVENTS_LOST;  // just now overwritten
   memcpy(event, words, sizeof *event);
   return event->sequence == sequence ? ALCES_OK : ALCES_EVENTS_LOST;
 }
@@ -156,7 +157,7 @@ static uint32_t state_of(const struct alces_page* page) {
 }
 
 static int judge(struct view* view) {
-  if (!read_odometry(view->page, &view->odometry)) return ALCES_WRITER_STUCK;
+  if (!read_odometry(view->page, &view->odometry)) return ALCES_UNSETTLED;
   if (state_of(view->page) != ALCES_PAGE_LIVE) return ALCES_ENDED;
   const int64_t silent_ns = view->now_ns - view->odometry.alive_ns;
   const int is_alive = silent_ns <= ALCES_PAGE_ALIVE_LIMIT_NS && silent_ns >= -ALCES_PAGE_ALIVE_LIMIT_NS;
@@ -185,7 +186,7 @@ static int look(alces_client* client, struct view* view) {
 static int look_with_map(alces_client* client, struct view* view) {
   const int result = look(client, view);
   if (result < 0) return result;
-  return read_map(view->page, &view->map) ? result : ALCES_WRITER_STUCK;
+  return read_map(view->page, &view->map) ? result : ALCES_UNSETTLED;
 }
 
 // The worse of the two, where both have something to show.
@@ -331,8 +332,10 @@ static void add_growth(const struct alces_page_growth* growth, const rigid* from
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) covariance[6 * i + j] += heading2 / 3 * across[i] * across[j];
   }
-  const double tilt2 = growth->tilt_rad * growth->tilt_rad;
-  covariance[14] += tilt2 * (way[0] * way[0] + way[1] * way[1]);
+  // The scan knows how the ground lay there.
+  const double way2 = way[0] * way[0] + way[1] * way[1];
+  const double tilt2 = growth->tilt_rad * growth->tilt_rad * fmin(1, sqrt(way2) / SLOPE_M);
+  covariance[14] += tilt2 * way2;
   covariance[21] += tilt2;
   covariance[28] += tilt2;
   covariance[35] += heading2;
@@ -406,7 +409,7 @@ int alces_client_status(alces_client* client, alces_status* status) {
   const int result = look(client, &view);
   if (result < 0) return result;
   struct alces_page_status said;
-  if (!read_status(view.page, &said)) return ALCES_WRITER_STUCK;
+  if (!read_status(view.page, &said)) return ALCES_UNSETTLED;
   if (said.updated_ns == 0) return ALCES_NOT_YET;
   memset(status, 0, sizeof *status);
   status->start_id = view.page->head.start_id;

@@ -152,22 +152,44 @@ TEST_CASE("a pose is never shown as new when alcesd stands still, the odometry i
   CHECK(client.latest(ALCES_ODOM_FROM_BODY) == ALCES_STALE);
 }
 
-TEST_CASE("a writer that died in the middle of writing is told, and the call comes back") {
+TEST_CASE("a writer that dies, or is held up, in the middle of writing leaves what it said before") {
+  const PageFolder folder;
+  PageInFile page(folder.file(), 1);
+  page.drive_to(0);
+  page.drive_to(20 * ms);
+  page.correct(20 * ms, rigid(3, 4, 0));
+  ClientAt client(folder.file());
+  client.now_ns = 20 * ms;
+  REQUIRE(client.latest(ALCES_MAP_FROM_ODOM) == ALCES_OK);
+  for (std::uint32_t* const section : {page.page().map, page.page().odometry}) {
+    const bool is_map = section == page.page().map;
+    const std::size_t words =
+        is_map ? ALCES_PAGE_WORDS(struct alces_page_map) : ALCES_PAGE_WORDS(struct alces_page_odometry);
+    std::uint32_t* const written = section + alces_page_copy(1 - section[0], words);
+    ++written[0];
+    written[20] = 0xDEADBEEF;
+  }
+  CHECK(client.latest(ALCES_MAP_FROM_ODOM) == ALCES_OK);
+  CHECK(client.pose.position_m[1] == 4);
+  CHECK(client.latest(ALCES_ODOM_FROM_BODY) == ALCES_OK);
+  CHECK(client.pose.sequence == 2);
+}
+
+TEST_CASE("a page on which nothing can be read any more is told, and the call comes back") {
   const PageFolder folder;
   PageInFile page(folder.file(), 1);
   page.drive_to(0);
   page.correct(0, rigid(0, 0, 0));
   ClientAt client(folder.file());
   REQUIRE(client.latest(ALCES_MAP_FROM_BODY) == ALCES_OK);
-  ++page.page().map[0];
-  CHECK(client.latest(ALCES_MAP_FROM_BODY) == ALCES_WRITER_STUCK);
+  constexpr std::size_t map_words = ALCES_PAGE_WORDS(struct alces_page_map);
+  for (const std::uint32_t copy : {0U, 1U}) ++page.page().map[alces_page_copy(copy, map_words)];
+  CHECK(client.latest(ALCES_MAP_FROM_BODY) == ALCES_UNSETTLED);
   CHECK(client.latest(ALCES_ODOM_FROM_BODY) == ALCES_OK);  // another thread's
-  ++page.page().odometry[0];
-  CHECK(client.latest(ALCES_ODOM_FROM_BODY) == ALCES_WRITER_STUCK);
-  CHECK(client.status() == ALCES_WRITER_STUCK);
-  ++page.page().odometry[0];
-  ++page.page().map[0];
-  CHECK(client.latest(ALCES_MAP_FROM_BODY) == ALCES_OK);
+  constexpr std::size_t odometry_words = ALCES_PAGE_WORDS(struct alces_page_odometry);
+  for (const std::uint32_t copy : {0U, 1U}) ++page.page().odometry[alces_page_copy(copy, odometry_words)];
+  CHECK(client.latest(ALCES_ODOM_FROM_BODY) == ALCES_UNSETTLED);
+  CHECK(client.status() == ALCES_UNSETTLED);
 }
 
 TEST_CASE("a past pose lies between those of the odometry, as exactly as it was driven") {

@@ -47,6 +47,13 @@ void write_section(std::uint32_t* section, const Payload& payload) {
   alces_page_write(section, words.data(), words.size());
 }
 
+template <typename Payload>
+void write_entry(std::uint32_t* entry, const Payload& payload) {
+  std::array<std::uint32_t, sizeof(Payload) / 4> words;
+  std::memcpy(words.data(), &payload, sizeof payload);
+  alces_page_store(entry, words.data(), words.size());
+}
+
 inline alces_page_rigid rigid(double x, double y, double heading_rad) {
   return {{x, y, 0}, {0, 0, std::sin(heading_rad / 2), std::cos(heading_rad / 2)}};
 }
@@ -87,7 +94,7 @@ class PageInFile {
     node.stamp_ns = stamp_ns;
     node.odom_from_body = on_circle(stamp_ns);
     node.is_connected = is_connected ? 1 : 0;
-    write_section(page_->nodes[(node.sequence - 1) % ALCES_PAGE_NODES], node);
+    write_entry(page_->nodes[(node.sequence - 1) % ALCES_PAGE_NODES], node);
     odometry.node_stamp_ns = stamp_ns;
     odometry.is_valid = 1;
     ++odometry.odom_from_body.sequence;
@@ -120,7 +127,7 @@ class PageInFile {
     event.last_scan = last;
     event.correction_m = 0.25;
     std::strcpy(event.verdict, "closed");
-    write_section(page_->events[map.events % ALCES_PAGE_EVENTS], event);
+    write_entry(page_->events[map.events % ALCES_PAGE_EVENTS], event);
     ++map.events;
     write_section(page_->map, map);
   }

@@ -63,7 +63,7 @@ TEST_CASE("past poses that are asked for while they are written are those that w
         const std::int64_t stamp_ns = std::max<std::int64_t>(0, client.now_ns - back_ns);
         const int result = client.at(ALCES_ODOM_FROM_BODY, stamp_ns);
         if (result != ALCES_OK) {  // overwritten meanwhile, or written far on
-          other += result != ALCES_TOO_OLD && result != ALCES_STALE && result != ALCES_WRITER_STUCK ? 1U : 0U;
+          other += result != ALCES_TOO_OLD && result != ALCES_STALE && result != ALCES_UNSETTLED ? 1U : 0U;
           continue;
         }
         const alces_page_rigid truth = PageInFile::on_circle(stamp_ns);

@@ -43,7 +43,7 @@ typedef enum alces_result {
   ALCES_NO_PERMISSION = -2,  // the file is another group's: [page] group
   ALCES_BAD_PAGE = -3,       // the file is no page, or was cut off
   ALCES_OTHER_VERSION = -4,  // of another libalces-client
-  ALCES_WRITER_STUCK = -5,   // alcesd died, or is held up, in the middle of writing
+  ALCES_UNSETTLED = -5,      // alcesd died, or is held up, in the middle of writing
   ALCES_NOT_YET = -6,        // there is none yet; or the time asked for is later than is known
   ALCES_TOO_OLD = -7,        // the time asked for is before what is remembered (about 20 s)
   ALCES_GAP = -8,            // the odometry was away at that time
@@ -128,20 +128,20 @@ ALCES_CLIENT_API alces_client* alces_client_open(const char* path);
 // `client` may be null.
 ALCES_CLIENT_API void alces_client_close(alces_client* client);
 
-// The newest. OK, STALE, ENDED, NOT_YET, WRITER_STUCK, and why there is no page.
+// The newest. OK, STALE, ENDED, NOT_YET, UNSETTLED, and why there is no page.
 ALCES_CLIENT_API int alces_client_latest(alces_client* client, alces_transform transform, alces_pose* pose);
 
 // At a time: between two poses of the odometry, or up to 100 ms past the newest by its velocity. map -> odom
 // is always the newest: a past pose, too, is given in the map as it is now. OK, STALE, ENDED, NOT_YET,
-// TOO_OLD, GAP, WRITER_STUCK, and why there is no page. O(log 1024).
+// TOO_OLD, GAP, UNSETTLED, and why there is no page. O(log 1024).
 ALCES_CLIENT_API int alces_client_pose_at(alces_client* client, alces_transform transform, int64_t stamp_ns,
                                           alces_pose* pose);
 
-// OK, STALE, ENDED, NOT_YET, WRITER_STUCK, and why there is no page.
+// OK, STALE, ENDED, NOT_YET, UNSETTLED, and why there is no page.
 ALCES_CLIENT_API int alces_client_status(alces_client* client, alces_status* status);
 
 // The next loop, from the oldest that is remembered (64) on. OK, NO_EVENT, EVENTS_LOST, RESTARTED,
-// WRITER_STUCK, and why there is no page.
+// UNSETTLED, and why there is no page.
 ALCES_CLIENT_API int alces_client_next_event(alces_client* client, alces_event* event);
 
 // Another clock than CLOCK_MONOTONIC, for a simulated alcesd. Null: CLOCK_MONOTONIC.

@@ -11,11 +11,14 @@
 //   nodes      the last 1024 poses of the odometry          written by the acquisition thread
 //   events     the last 64 loops                            written by the mapping thread
 //
-// All but the head are sections: a generation word and a payload, a seqlock. Its one writer makes the
-// generation odd, stores the payload, makes it even; a reader copies the payload and believes the copy if the
-// generation was even before and is the same after. All accesses are atomic, 32 bits at a time: nothing tears
-// that is not seen, on any processor. Nobody locks, so a reader that hangs holds nobody up; a writer that
-// dies in the middle leaves an odd generation, which a reader gives up on after ALCES_PAGE_TRIES.
+// A copy is a generation word and a payload, a seqlock: its one writer makes the generation odd, stores the
+// payload, makes it even; a reader believes what it copied if the generation was even before and is the same
+// after. All accesses are atomic, 32 bits at a time: nothing tears that is not seen, on any processor.
+//
+// A section has two copies and a word that says which of them is the newest; the other one is written. So a
+// writer that is held up, or dies, in the middle leaves the copy before it whole, and nobody waits for
+// anybody: a reader tries again only when it was overtaken. A ring's entry is one copy: the one that is
+// written is the oldest, or not announced yet.
 //
 // A ring's entry of sequence s (from 1) lies at place (s - 1) % length; a newer one takes it over.
 //
@@ -145,17 +148,18 @@ struct alces_page_status {
   char doubt[128];
 };
 
-// Words of a section: generation and payload, filled up to 64 bytes.
-#define ALCES_PAGE_SECTION(payload) ((4 + sizeof(payload) + 63) / 64 * 16)
+// Words, filled up to 64 bytes.
 #define ALCES_PAGE_WORDS(payload) (sizeof(payload) / 4)
+#define ALCES_PAGE_ENTRY(payload) ((4 + sizeof(payload) + 63) / 64 * 16)
+#define ALCES_PAGE_SECTION(payload) (16 + 2 * ALCES_PAGE_ENTRY(payload))
 
 struct alces_page {
   struct alces_page_head head;
   uint32_t odometry[ALCES_PAGE_SECTION(struct alces_page_odometry)];
   uint32_t status[ALCES_PAGE_SECTION(struct alces_page_status)];
   uint32_t map[ALCES_PAGE_SECTION(struct alces_page_map)];
-  uint32_t nodes[ALCES_PAGE_NODES][ALCES_PAGE_SECTION(struct alces_page_node)];
-  uint32_t events[ALCES_PAGE_EVENTS][ALCES_PAGE_SECTION(struct alces_page_event)];
+  uint32_t nodes[ALCES_PAGE_NODES][ALCES_PAGE_ENTRY(struct alces_page_node)];
+  uint32_t events[ALCES_PAGE_EVENTS][ALCES_PAGE_ENTRY(struct alces_page_event)];
 };
 
 // The same on 32 and 64 bits.
@@ -166,26 +170,44 @@ static_assert(sizeof(struct alces_page_status) == 432, "layout");
 static_assert(sizeof(struct alces_page_map) == 800, "layout");
 static_assert(sizeof(struct alces_page_node) == 80, "layout");
 static_assert(sizeof(struct alces_page_event) == 128, "layout");
-static_assert(offsetof(struct alces_page, nodes) == 64 + 512 + 448 + 832, "layout");
-static_assert(sizeof(struct alces_page) == 64 + 512 + 448 + 832 + 1024 * 128 + 64 * 192, "layout");
+static_assert(offsetof(struct alces_page, nodes) == 64 + 3 * 64 + 2 * (512 + 448 + 832), "layout");
+static_assert(sizeof(struct alces_page) == 256 + 2 * (512 + 448 + 832) + 1024 * 128 + 64 * 192, "layout");
 
-// The section's one writer: `count` words of payload.
-static inline void alces_page_write(uint32_t* section, const uint32_t* payload, size_t count) {
-  const uint32_t generation = __atomic_load_n(section, __ATOMIC_RELAXED);
-  __atomic_store_n(section, generation + 1, __ATOMIC_RELAXED);
+// The copy's one writer: `count` words of payload.
+static inline void alces_page_store(uint32_t* copy, const uint32_t* payload, size_t count) {
+  const uint32_t generation = __atomic_load_n(copy, __ATOMIC_RELAXED);
+  __atomic_store_n(copy, generation + 1, __ATOMIC_RELAXED);
   __atomic_thread_fence(__ATOMIC_RELEASE);  // whoever sees a word of this payload sees the odd generation
-  for (size_t i = 0; i < count; ++i) __atomic_store_n(section + 1 + i, payload[i], __ATOMIC_RELAXED);
-  __atomic_store_n(section, generation + 2, __ATOMIC_RELEASE);
+  for (size_t i = 0; i < count; ++i) __atomic_store_n(copy + 1 + i, payload[i], __ATOMIC_RELAXED);
+  __atomic_store_n(copy, generation + 2, __ATOMIC_RELEASE);
 }
 
-// A copy of the payload as one write left it. 0: the writer did not come to an end of its writing meanwhile.
+// 1: the payload as one write left it. 0: it is being written.
+static inline int alces_page_load(const uint32_t* copy, uint32_t* payload, size_t count) {
+  const uint32_t generation = __atomic_load_n(copy, __ATOMIC_ACQUIRE);
+  if (generation % 2 != 0) return 0;
+  for (size_t i = 0; i < count; ++i) payload[i] = __atomic_load_n(copy + 1 + i, __ATOMIC_RELAXED);
+  __atomic_thread_fence(__ATOMIC_ACQUIRE);  // before the second look at the generation
+  return __atomic_load_n(copy, __ATOMIC_RELAXED) == generation;
+}
+
+// Where a section's copy lies, `which` being 0 or 1.
+static inline size_t alces_page_copy(uint32_t which, size_t count) {
+  return 16 + which * ((1 + count + 15) / 16 * 16);
+}
+
+// The section's one writer.
+static inline void alces_page_write(uint32_t* section, const uint32_t* payload, size_t count) {
+  const uint32_t other = 1 - __atomic_load_n(section, __ATOMIC_RELAXED) % 2;
+  alces_page_store(section + alces_page_copy(other, count), payload, count);
+  __atomic_store_n(section, other, __ATOMIC_RELEASE);
+}
+
+// The newest payload. 0: the reader was overtaken again and again, or this is no page any more.
 static inline int alces_page_read(const uint32_t* section, uint32_t* payload, size_t count) {
   for (unsigned attempt = 0; attempt < ALCES_PAGE_TRIES; ++attempt) {
-    const uint32_t generation = __atomic_load_n(section, __ATOMIC_ACQUIRE);
-    if (generation % 2 != 0) continue;
-    for (size_t i = 0; i < count; ++i) payload[i] = __atomic_load_n(section + 1 + i, __ATOMIC_RELAXED);
-    __atomic_thread_fence(__ATOMIC_ACQUIRE);  // before the second look at the generation
-    if (__atomic_load_n(section, __ATOMIC_RELAXED) == generation) return 1;
+    const uint32_t newest = __atomic_load_n(section, __ATOMIC_ACQUIRE) % 2;
+    if (alces_page_load(section + alces_page_copy(newest, count), payload, count)) return 1;
   }
   return 0;
 }

@@ -10,11 +10,22 @@ namespace alces::onboard {
 namespace {
 
 template <typename Payload>
-void write(std::uint32_t* section, const Payload& payload) {
-  static_assert(sizeof(Payload) % sizeof(std::uint32_t) == 0);
-  std::array<std::uint32_t, sizeof(Payload) / sizeof(std::uint32_t)> words;
+auto words_of(const Payload& payload) {
+  std::array<std::uint32_t, ALCES_PAGE_WORDS(Payload)> words;
   std::memcpy(words.data(), &payload, sizeof payload);
+  return words;
+}
+
+template <typename Payload>
+void write(std::uint32_t* section, const Payload& payload) {
+  const auto words = words_of(payload);
   alces_page_write(section, words.data(), words.size());
+}
+
+template <typename Payload>
+void write_entry(std::uint32_t* entry, const Payload& payload) {
+  const auto words = words_of(payload);
+  alces_page_store(entry, words.data(), words.size());
 }
 
 alces_page_rigid rigid(const Pose& pose) {
@@ -55,7 +66,7 @@ void LivePage::publish_node(const OdometryState& state) {
   node.odom_from_body = rigid(state.node);
   node.is_connected = state.is_connected ? 1 : 0;
   odometry_.node_stamp_ns = state.node_stamp_ns;
-  write(page_.nodes[(node.sequence - 1) % ALCES_PAGE_NODES], node);
+  write_entry(page_.nodes[(node.sequence - 1) % ALCES_PAGE_NODES], node);
 }
 
 void LivePage::publish_odometry(const Odometry* odometry, const OdometryErrors& errors, std::int64_t now_ns) {
@@ -113,7 +124,7 @@ void LivePage::publish_loop(const LoopReport& loop, std::int64_t stamp_ns, std::
   event.first_scan = loop.first;
   event.last_scan = loop.last;
   copy(text(loop.verdict), event.verdict);
-  write(page_.events[map_.events % ALCES_PAGE_EVENTS], event);
+  write_entry(page_.events[map_.events % ALCES_PAGE_EVENTS], event);
   ++map_.events;
   write(page_.map, map_);
 }

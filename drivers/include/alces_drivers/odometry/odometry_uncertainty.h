@@ -18,10 +18,10 @@ namespace alces {
 struct OdometryErrors {
   double way = 0.015;                        ///< share of the way: wheels that are larger than thought
   double slip = 0.01;                        ///< share of the way that comes and goes within seconds
-  double turn = 0.01;                        ///< share of a turn: a gyro's scale, or the wheels' base
+  double turn = 0.005;                       ///< share of a turn: a gyro's scale, or the wheels' base
   double bias_rad_s = 5.235987755982989e-3;  ///< of the rates; while none was learned
   double noise_rad_per_sqrt_s = 3.490658503988659e-4;  ///< of the rates: 0.02 deg/s/sqrt(Hz)
-  double tilt_rad = 3.490658503988659e-2;              ///< of the ground
+  double tilt_rad = 5.235987755982989e-2;              ///< of the ground
 };
 
 class OdometryUncertainty {
