@@ -1,5 +1,5 @@
 // Where the vehicle is, ten times a second, and each loop. With a path: another page than /run/alces/page.
-//   cc follow.c $(pkg-config --cflags --libs alces-client) -o follow && ./follow
+//   cc follow.c $(pkg-config --cflags --libs alces-client) -lm -o follow && ./follow
 #include <alces/client.h>
 #include <inttypes.h>
 #include <math.h>
