@@ -43,14 +43,17 @@ std::size_t MappingWorker::memory_beside_mapper(const MappingWorkerConfig& confi
   return arena.overflowed() || !room.scans.empty() ? SIZE_MAX : arena.used_bytes();
 }
 
-MappingWorker::MappingWorker(const MappingWorkerConfig& config, ScanArchive* archive, StageClock* clock)
+MappingWorker::MappingWorker(const MappingWorkerConfig& config, ScanArchive* archive, StageClock* clock,
+                             LivePage* page)
     : config_(config),
       mapper_block_(Mapper::memory_required(config.mapper)),
       room_block_(memory_beside_mapper(config)),
       scan_slots_(config.scan_slots),
       result_slots_(config.scan_slots),
       scans_(scan_slots_),
-      results_(result_slots_) {
+      results_(result_slots_),
+      clock_(clock),
+      page_(page) {
   Arena arena(room_block_.bytes());
   const Room room(arena, config);
   for (std::size_t i = 0; i < scan_slots_.size(); ++i) {
@@ -193,6 +196,8 @@ bool MappingWorker::map(const ScanSlot& slot, MapResult& result) {
   result.has_loop = result.report.loop_offered;
   result.loop = result.report.loop;
   stamps_[result.report.scan] = slot.scan.reference_stamp_ns;
+  last_scan_ = result.scan;
+  publish_place(result);
   std::uint32_t count = 0;
   if (!result.room.empty() && mapper_->read_scan(result.report.scan, result.room, count) == Status::ok)
     result.cloud = result.room.first(count);
@@ -205,7 +210,22 @@ void MappingWorker::finish(MapResult& result) {
   if (is_abandoned_.load(std::memory_order_acquire)) return;
   const std::uint32_t edges_before = mapper_->graph().edge_count();
   result.has_loop = mapper_->finish(result.loop);
+  if (result.has_loop) publish_place(result);
   tell_of_graph(edges_before, result);
+}
+
+// Of the newest scan; there is one.
+void MappingWorker::publish_place(MapResult& result) {
+  const std::uint32_t newest = mapper_->scan_count() - 1;
+  result.map_from_body = std::as_const(*mapper_).graph().poses()[newest];
+  const std::int64_t now_ns =
+      clock_ != nullptr ? static_cast<std::int64_t>(clock_->now_ns()) : last_scan_.end_stamp_ns;
+  if (result.scan.was_mapped) result.latency_ns = now_ns - last_scan_.end_stamp_ns;
+  if (page_ == nullptr) return;
+  if (result.has_loop) page_->publish_loop(result.loop, last_scan_.reference_stamp_ns, now_ns);
+  page_->publish_pose({last_scan_.reference_stamp_ns, result.map_from_body, last_scan_.has_odometry,
+                       last_scan_.odometry_from_body, mapper_->spread(newest)},
+                      now_ns);
 }
 
 void MappingWorker::tell_of_graph(std::uint32_t edges_before, MapResult& result) {
@@ -213,7 +233,6 @@ void MappingWorker::tell_of_graph(std::uint32_t edges_before, MapResult& result)
   result.edge_count = static_cast<std::uint32_t>(std::min(edges.size(), result.edges.size()));
   result.edges_left_out = static_cast<std::uint32_t>(edges.size()) - result.edge_count;
   std::copy_n(edges.begin(), result.edge_count, result.edges.begin());
-  if (mapper_->scan_count() > 0) result.map_from_body = mapper_->graph().poses().back();
   if (result.has_loop && result.loop.verdict == LoopVerdict::closed) copy_path(result);
 }
 

@@ -166,7 +166,10 @@ PipelineMemory Pipeline::memory_required(const PipelineConfig& config) {
 }
 
 Pipeline::Pipeline(const PipelineConfig& config, const Surroundings& surroundings)
-    : config_(config), listener_(surroundings.listener), capacity_notices_(*this, "mapper") {
+    : config_(config),
+      listener_(surroundings.listener),
+      page_(surroundings.page),
+      capacity_notices_(*this, "mapper") {
   if (config.records && surroundings.recording != nullptr) {
     recorder_block_.emplace(RecordingWriter::memory_required(config.recording));
     RecordingStatus status = RecordingStatus::ok;
@@ -179,8 +182,8 @@ Pipeline::Pipeline(const PipelineConfig& config, const Surroundings& surrounding
   if (config.maps) {
     if (config.mapping.scan_slots == 0)
       throw Error(ExitStatus::configuration, "there must be a slot for a scan that waits for the mapper");
-    worker_ =
-        std::make_unique<MappingWorker>(worker_config(config), surroundings.archive, surroundings.clock);
+    worker_ = std::make_unique<MappingWorker>(worker_config(config), surroundings.archive, surroundings.clock,
+                                              surroundings.page);
     if (worker_->status() != Status::ok)
       throw Error(ExitStatus::configuration,
                   std::string("the mapper does not take these settings: ") + text(worker_->status()));
@@ -215,13 +218,32 @@ void Pipeline::on_event(const Event& event) {
     ++counters_.events_after_end;
     take_results();
     if (event.kind == EventKind::tick) watch_mapper();
+    publish(event);
     return;
   }
   if (is_recording_) recorder_->on_event(event);
   scanner_->on_event(event);
+  publish(event);
   take_results();
   if (event.kind == EventKind::tick) watch_mapper();
   if (event.kind == EventKind::tick && is_recording_) watch_recording();
+}
+
+// The odometry's frames and every tick: so readers see it at the rate of the ticks at least.
+void Pipeline::publish(const Event& event) {
+  const bool is_tick = event.kind == EventKind::tick;
+  if (page_ == nullptr || !(is_tick || event.kind == EventKind::can_frame) || !is_sane_stamp(event.stamp_ns))
+    return;
+  const Odometry* const odometry = config_.scanner.has_odometry ? &scanner_->odometry() : nullptr;
+  if (is_tick || (odometry != nullptr && odometry->counters().nodes != nodes_published_)) {
+    if (odometry != nullptr) nodes_published_ = odometry->counters().nodes;
+    page_->publish_odometry(odometry, config_.scanner.odometry.errors, event.stamp_ns);
+  }
+  if (!is_tick ||
+      (status_published_ns_ != no_stamp_ns && event.stamp_ns - status_published_ns_ < status_interval_ns))
+    return;
+  status_published_ns_ = event.stamp_ns;
+  page_->publish_status(status(), event.stamp_ns);
 }
 
 void Pipeline::raise(const Notice& notice) {
@@ -300,6 +322,7 @@ void Pipeline::on_result(const MapResult& result) {
           static_cast<std::uint64_t>(
               std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m))));
     }
+    if (result.latency_ns > 0) latency_.add(result.latency_ns);
     has_pose_ = true;
     map_from_body_ = result.map_from_body;
     pose_stamp_ns_ = result.scan.reference_stamp_ns;
@@ -475,6 +498,7 @@ StatusReport Pipeline::status() const {
   StatusReport report;
   report.phase = text(scanner_->phase());
   report.reason = scanner_->reason();
+  report.is_scanning = scanner_->phase() == ScannerPhase::scanning;
   report.scans = counters_.scans;
   report.scans_dropped = counters_.scans_dropped;
   report.scans_incomplete = counters_.scans_incomplete;
@@ -496,6 +520,9 @@ StatusReport Pipeline::status() const {
   report.is_archive_stalled = is_archive_stalled_;
   if (is_mapper_hung_) report.mapper_hung_ns = now_ns_ - mapper_beat_ns_;
   report.loops_closed = static_cast<std::uint32_t>(counters_.loops_closed);
+  report.loops_refused = static_cast<std::uint32_t>(counters_.loops_refused);
+  report.latency_median_ns = latency_.median_ns();
+  report.latency_worst_ns = latency_.worst_ns();
   report.health = health_;
   report.has_loop = has_loop_;
   report.last_loop = last_loop_;

@@ -156,6 +156,7 @@ Plan make_plan(const VehicleSettings& settings, const Options& options) {
     if (has_archive) plan.archive_index_bytes = archive_index_bytes_per_scan * mapper.scan_capacity;
   }
   plan.memory = Pipeline::memory_required(pipeline);
+  if (!settings.page.path.empty()) plan.page_bytes = sizeof(alces_page);
   return plan;
 }
 
@@ -214,6 +215,7 @@ std::string describe(const Plan& plan, const VehicleSettings& settings, const Op
     text += line("recorder", plan.memory.recorder_bytes, "");
     text += line("buffer before the file", plan.file.ring_bytes, "");
   }
+  if (plan.page_bytes > 0) text += line("shared page", plan.page_bytes, "");
   text += line("in all", plan.total_bytes(), "");
 
   if (pipeline.maps) {
@@ -252,6 +254,9 @@ std::string describe(const Plan& plan, const VehicleSettings& settings, const Op
   } else {
     text += "  nothing to record to: give --record FILE\n";
   }
+  if (plan.page_bytes > 0)
+    text += fmt::format("  {:<10}{}, mode {}{}\n", "page", settings.page.path, settings.page.mode,
+                        settings.page.group.empty() ? "" : ", for the group " + settings.page.group);
   if (settings.scanner.has_motor) text += head_lines(settings);
   if (settings.fifo_priority > 0 || settings.processor >= 0 || settings.locks_memory) {
     text += "\nAsks for\n";

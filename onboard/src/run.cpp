@@ -19,6 +19,8 @@
 #include "alces_onboard/devices.h"
 #include "alces_onboard/error.h"
 #include "alces_onboard/leavable_thread.h"
+#include "alces_onboard/page/live_page.h"
+#include "alces_onboard/page/page_file.h"
 #include "alces_onboard/recorder/background_sync.h"
 #include "alces_onboard/recorder/recording_name.h"
 #include "alces_onboard/run_lock.h"
@@ -184,6 +186,10 @@ class Program {
           fmt::format("{}: {}{}", settings_.archive, text(archive_.problem()),
                       archive_.error_number() != 0 ? " (" + reason_of(archive_.error_number()) + ")" : ""));
     }
+    if (!settings_.page.path.empty()) {
+      page_file_.emplace(settings_.page);
+      page_.emplace(page_file_->page());
+    }
     if (!plan_.pipeline.records) return;
     for (int attempt = 0; attempt < 10; ++attempt) {  // somebody else may take the name at the same time
       recording_ = unused_name(expand_recording_name(plan_.recording, system_clocks.realtime_ns()));
@@ -204,6 +210,7 @@ class Program {
     config.recording.utc_offset_ns = system_clocks.realtime_ns() - now;
     Pipeline::Surroundings around;
     around.ports = devices_->ports();
+    around.page = page_ ? &*page_ : nullptr;
     around.recording = plan_.pipeline.records ? &file_ring_ : nullptr;
     around.archive = settings_.archive.empty() ? nullptr : &archive_;
     around.clock = &clock_;
@@ -261,6 +268,7 @@ class Program {
     file_reserve_.release();
     const bool is_taken = pipeline_->finish_recording();
     devices_->close();
+    if (page_file_) page_file_->end();
     const bool is_whole = !plan_.pipeline.records || (close_recording() && is_taken);
     console_.end();
     lines_.stop(console_end_limit_ns);
@@ -361,6 +369,8 @@ class Program {
   bool is_file_closed_ = false;  ///< by the closer
   bool is_thread_left_ = false;
   ScanFile archive_;
+  std::optional<PageFile> page_file_;
+  std::optional<LivePage> page_;
   MonotonicStageClock clock_;
   Watchdog watchdog_;
   RunLock run_lock_;

@@ -75,6 +75,9 @@ std::string_view format(const StatusReport& report, std::span<char> room) {
       if (health.parts > 1) line.add(", %u parts", health.parts);
       if (health.on_odometry > 0) line.add(", %u steps on odometry", health.on_odometry);
     }
+    if (report.latency_worst_ns > 0)
+      line.add(" | poses %.2f s late, worst %.2f", seconds(report.latency_median_ns),
+               seconds(report.latency_worst_ns));
     line.add(" | queue %zu/%zu, %llu dropped", report.waiting_scans, report.scan_slots,
              static_cast<unsigned long long>(report.scans_dropped));  // NOLINT(google-runtime-int): printf's
     line.add(" | pool %.1f of %.1f MB", megabytes(report.pool_used_bytes), megabytes(report.pool_bytes));

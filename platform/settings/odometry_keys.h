@@ -85,6 +85,14 @@ void visit_odometry(Config& odometry, Visitor& visit) {
   duration_s(visit, "frozen_after_s", odometry.frozen_after_ns, 0, an_hour_s,
              "the same data while moving; 0: not looked for");
   duration_ms(visit, "alive_timeout_ms", odometry.alive_timeout_ns, 0, an_hour_ms, "the same alive counter");
+  auto& errors = odometry.errors;
+  visit.number("way_error", errors.way, 0, 1,
+               "standard deviations, for the covariance of odom -> body: share of the way");
+  visit.number("slip_error", errors.slip, 0, 1, "share of the way that comes and goes within seconds");
+  visit.number("turn_error", errors.turn, 0, 1, "share of a turn");
+  angle_deg(visit, "bias_error_deg_s", errors.bias_rad_s, 0, 360, "of the rates, while no bias was learned");
+  angle_deg(visit, "noise_error_deg_sqrt_s", errors.noise_rad_per_sqrt_s, 0, 360, "of the rates");
+  angle_deg(visit, "tilt_error_deg", errors.tilt_rad, 0, 90, "of the ground, where no rates measure it");
 }
 
 template <typename Settings, typename Visitor>

@@ -91,6 +91,19 @@ void visit_program(Settings& vehicle, Visitor& visit) {
   visit.flag("locks_memory", vehicle.locks_memory, "no page is ever swapped out");
 }
 
+template <typename Page, typename Visitor>
+void visit_page(Page& page, Visitor& visit) {
+  visit.table("page",
+              "Poses and status for programs beside alcesd, in a file on tmpfs that they map: docs/live.md.");
+  visit.text("path", page.path, "/run/alces/page is where libalces-client looks; empty: there is none");
+  visit.text("group", page.group, "that may read it; empty: alcesd's own");
+  visit.text("mode", page.mode, "\"0600\", \"0640\" or \"0644\": readers never write");
+  visit.expect(page.mode == "0600" || page.mode == "0640" || page.mode == "0644", "mode",
+               "page.mode is one of \"0600\", \"0640\", \"0644\"");
+  visit.expect(page.path.empty() || (page.path.front() == '/' && page.path.size() < 4000), "path",
+               "page.path must begin with / and have less than 4000 bytes");
+}
+
 template <typename Settings, typename Visitor>
 void visit_vehicle(Settings& vehicle, Visitor& visit) {
   visit_scanner(vehicle.scanner, visit);
@@ -126,6 +139,7 @@ void visit_vehicle(Settings& vehicle, Visitor& visit) {
   visit_gps(vehicle, visit);
   visit_assembler(vehicle.scanner.assembler, visit);
   visit_program(vehicle, visit);
+  visit_page(vehicle.page, visit);
   visit_mapper(vehicle.mapper, visit);
 }
 

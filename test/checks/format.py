@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""clang-format agrees with every C++ source of the tree. `scripts/format` puts it right."""
+"""clang-format agrees with every C and C++ source of the tree. `scripts/format` puts it right."""
 import os
 import shutil
 import subprocess
@@ -13,9 +13,9 @@ def main():
         print("skipped: clang-format is not installed")
         return 77
     files = []
-    for part in ("lib", "drivers", "platform", "onboard", "offline", "experiments", "test", "bench", "docs"):
+    for part in ("lib", "drivers", "platform", "onboard", "client", "offline", "experiments", "test", "bench", "docs"):
         for folder, _, names in os.walk(os.path.join(root, part)):
-            files += [os.path.join(folder, n) for n in sorted(names) if n.endswith((".h", ".hpp", ".cpp"))]
+            files += [os.path.join(folder, n) for n in sorted(names) if n.endswith((".h", ".hpp", ".cpp", ".c"))]
     tracked = subprocess.run(["git", "-C", root, "ls-files", "-z"], capture_output=True, text=True)
     if tracked.returncode == 0:  # in a clone: what is not committed yet is nobody's fault
         known = set(tracked.stdout.split("\0"))

@@ -4,8 +4,11 @@
 // own, for glibc without sanitizers.
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <memory>
 
 #include "alces_onboard/console.h"
+#include "alces_onboard/page/live_page.h"
 #include "alces_onboard/recorder/background_sink.h"
 #include "alces_onboard/recorder/background_sync.h"
 #include "alces_platform/linux/clock.h"
@@ -58,12 +61,15 @@ int main() {
   BackgroundSink lines(terminal, {.ring_bytes = 65536});
   Console console({}, lines);
   NoWires wires;
+  const auto shared = std::make_unique<alces_page>();
+  LivePage page(*shared);
   PipelineConfig config = config_of(small_vehicle());
   config.mapping.scan_slots = 32;
   config.counters_interval_ns = 2 * ns_per_s;
   {
-    Pipeline pipeline(config,
-                      {.ports = {&wires, {&wires, &wires}}, .recording = &recording, .listener = &console});
+    Pipeline pipeline(
+        config,
+        {.ports = {&wires, {&wires, &wires}}, .page = &page, .recording = &recording, .listener = &console});
     recording.start();
     sync.start([] { return sync_folder("/tmp"); }, [&] { return sync_data(file.descriptor()); });
     lines.start();
@@ -96,6 +102,11 @@ int main() {
     expect(pipeline.counters().scans_mapped >= 7, "scans are mapped");
     expect(pipeline.counters().scans_dropped == 0, "none is dropped");
     expect(console.lines_lost() == 0, "lines are said");
+    std::array<std::uint32_t, ALCES_PAGE_WORDS(alces_page_map)> words{};
+    alces_page_map map{};
+    expect(alces_page_read(shared->map, words.data(), words.size()) == 1, "the page can be read");
+    std::memcpy(&map, words.data(), sizeof map);
+    expect(map.map_from_odom.sequence >= 7, "and has the scans' poses");
   }
   expect(recording.stop(10 * ns_per_s), "all is on its way to the disk");
   expect(sync.stop(10 * ns_per_s), "and on it");

@@ -5,10 +5,10 @@ say() { echo "== $*"; }
 
 say "install"
 apt-get -qq update
-apt-get -qq --yes --no-install-recommends install ./alces_*.deb ./alcesd_*.deb ./libalces-dev_*.deb >install.log 2>&1 ||
+apt-get -qq --yes --no-install-recommends install ./alces_*.deb ./alcesd_*.deb ./libalces-dev_*.deb ./libalces-client*.deb >install.log 2>&1 ||
   { cat install.log; exit 1; }
 dpkg --audit
-dpkg-query -W -f '${Package} ${Version} ${db:Status-Status}\n' alces alcesd libalces-dev
+dpkg-query -W -f '${Package} ${Version} ${db:Status-Status}\n' alces alcesd libalces-dev libalces-client0 libalces-client-dev
 
 say "the programs start"
 alces --version
@@ -40,7 +40,7 @@ systemd-analyze verify --man=no /lib/systemd/system/alcesd.service
 systemd-analyze security --offline=yes --threshold=25 /lib/systemd/system/alcesd.service | tail -n 1
 
 say "as that user, and without the devices: one sentence, exit status 5"
-install -d -o alces -g alces /var/lib/alces  # as StateDirectory= does
+install -d -o alces -g alces /var/lib/alces /run/alces  # as StateDirectory= and RuntimeDirectory= do
 status=0
 setpriv --reuid=alces --regid=alces --init-groups alcesd --config /etc/alces/vehicle.toml --record /var/lib/alces/drive.mcap || status=$?
 test "$status" = 5
@@ -50,11 +50,16 @@ say "a program against libalces-dev"
 g++ -std=c++20 -O2 example/main.cpp -o two_scans $(pkg-config --cflags --libs alces)
 ./two_scans
 
+say "a program against libalces-client-dev, without alcesd: it says so"
+# shellcheck disable=SC2046
+gcc -O2 /usr/share/doc/libalces-client-dev/examples/follow.c $(pkg-config --cflags --libs alces-client) -lm -o follow
+./follow /run/alces/none 1 | grep -q 'no pose: there is no page'
+
 say "a configuration that was changed stays when the package is installed again, and goes with purge"
 echo "# mine" >>/etc/alces/vehicle.toml
 apt-get -qq --yes --reinstall install ./alcesd_*.deb >install.log 2>&1 || { cat install.log; exit 1; }
 tail -n 1 /etc/alces/vehicle.toml | grep -q mine
-apt-get -qq --yes purge alces alcesd libalces-dev >install.log 2>&1 || { cat install.log; exit 1; }
+apt-get -qq --yes purge alces alcesd libalces-dev libalces-client0 libalces-client-dev >install.log 2>&1 || { cat install.log; exit 1; }
 test ! -e /etc/alces/vehicle.toml
 test ! -e /usr/bin/alcesd
 say "all is well"

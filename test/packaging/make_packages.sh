@@ -13,7 +13,7 @@ mkdir -p "$packages"
 cpack --config "$build/CPackConfig.cmake" -B "$packages"
 rm -rf "$packages/_CPack_Packages"
 ls -l "$packages"/*.deb
-for name in alces alcesd libalces-dev; do
+for name in alces alcesd libalces-dev libalces-client0 libalces-client-dev; do
   ls "$packages/${name}"_*.deb >/dev/null || { echo "$name was not made"; exit 1; }
 done
 if ! command -v lintian >/dev/null; then

@@ -32,7 +32,10 @@ const char* text(MotionStatus status) {
 }
 
 Odometry::Odometry(const OdometryConfig& config, NoticePort& notices)
-    : config_(config), notices_(notices, "odometry") {
+    : config_(config),
+      notices_(notices, "odometry"),
+      uncertainty_(config.errors, {config.roll_rate_rad_s.exists(), config.pitch_rate_rad_s.exists(),
+                                   config.yaw_rate_rad_s.exists()}) {
   const bool has_wheels = config.kind == OdometryKind::wheels;
   if (has_wheels) {
     sources_[left] = config.left_speed_m_s;
@@ -301,7 +304,9 @@ void Odometry::make_node_if_complete() {
     if (!integrals_[yaw].is_used)
       rotation_rad.z() = (increments[right] - increments[left]) / config_.wheel_base_m;
     node.twist << way_m, 0, 0, rotation_rad;
+    const Pose before = last_pose_;
     last_pose_ = last_pose_ * exp_se3(node.twist);
+    uncertainty_.add(before, last_pose_, rotation_rad, seconds(since_ns));
   }
   node.odometry_from_body = last_pose_;
   nodes_.push(node);
@@ -331,6 +336,7 @@ void Odometry::learn_bias(double way_m, const Eigen::Vector3d& rotation_rad, dou
   const Eigen::Vector3d measured_rad_s = standstill_sum_rad_ / standstill_s_;
   bias_rad_s_ += (has_bias_ ? bias_gain : 1.0) * (measured_rad_s - bias_rad_s_);
   has_bias_ = true;
+  uncertainty_.learn_bias(standstill_s_);
   ++counters_.standstills;
   standstill_s_ = 0;
   standstill_sum_rad_.setZero();
@@ -376,6 +382,23 @@ MotionAnswer Odometry::pose_at(std::int64_t stamp_ns) const {
   const double ahead =
       seconds(stamp_ns - from.stamp_ns) / seconds(from.stamp_ns - nodes_[after - 2].stamp_ns);
   return {MotionStatus::ok, from.odometry_from_body * exp_se3(ahead * from.twist), true};
+}
+
+OdometryState Odometry::state_at(std::int64_t now_ns) const {
+  OdometryState state;
+  state.is_valid = is_alive_ && !is_frozen_;
+  state.odometry_from_body = state.node = last_pose_;
+  if (nodes_.is_empty()) return state;
+  const Node& newest = nodes_.newest();
+  state.nodes = counters_.nodes;
+  state.node_stamp_ns = state.stamp_ns = newest.stamp_ns;
+  state.is_connected = newest.is_connected;
+  if (!newest.is_connected || !state.is_valid) return state;
+  state.velocity = newest.twist / seconds(newest.stamp_ns - nodes_[nodes_.size() - 2].stamp_ns);
+  state.stamp_ns = std::clamp(now_ns, newest.stamp_ns, newest.stamp_ns + config_.maximum_extrapolation_ns);
+  state.odometry_from_body =
+      newest.odometry_from_body * exp_se3(seconds(state.stamp_ns - newest.stamp_ns) * state.velocity);
+  return state;
 }
 
 }  // namespace alces

@@ -41,6 +41,11 @@ const char* problem(const OdometryConfig& config) {
         config.timeout_ns, config.frozen_after_ns, config.alive_timeout_ns}) {
     if (duration_ns < 0 || duration_ns > hour_ns) return "a duration is negative or longer than an hour";
   }
+  const OdometryErrors& errors = config.errors;
+  for (const double error : {errors.way, errors.slip, errors.turn, errors.bias_rad_s,
+                             errors.noise_rad_per_sqrt_s, errors.tilt_rad}) {
+    if (!std::isfinite(error) || error < 0) return "an error of the odometry is negative or no number";
+  }
   if (config.timeout_ns == 0 || config.standstill_ns == 0) return "timeout_ns or standstill_ns is 0";
   return nullptr;
 }

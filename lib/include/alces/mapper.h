@@ -265,6 +265,15 @@ class Mapper {
   /// How the scan was placed. `scan` below scan_count().
   [[nodiscard]] StepVerdict step_verdict(std::uint32_t scan) const { return steps_[scan].verdict; }
 
+  /// How sure a scan's place is relative to scan 0, variances summed over the axes; grows along the drive,
+  /// falls back when a loop is closed.
+  struct Spread {
+    double translation_m2 = 0;
+    double rotation_rad2 = 0;
+  };
+  /// `scan` below scan_count().
+  [[nodiscard]] const Spread& spread(std::uint32_t scan) const { return spreads_[scan]; }
+
   /// The loops offered so far, in order, up to four times loop_capacity of them.
   [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }
 
@@ -304,12 +313,6 @@ class Mapper {
  private:
   friend class Arena;
   constexpr Mapper(Arena& arena, const MapperConfig& config);
-
-  // How sure a scan's place is relative to scan 0; grows along the drive, falls back when a loop is closed.
-  struct Spread {
-    double translation_m2 = 0;
-    double rotation_rad2 = 0;
-  };
 
   struct Step {
     Pose last_from_next;

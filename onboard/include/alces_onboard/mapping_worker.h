@@ -16,6 +16,9 @@
 // meanwhile scans wait, and are dropped when there is no more room for them. An archive that does not answer
 // at all (a stalled disk) holds the mapping thread: beats() stand still, which the acquisition thread sees.
 //
+// Where each scan lies, and each loop, is on the shared page before the result is: its readers wait for no
+// recorder.
+//
 // Memory, all of it taken by the constructor: the mapper's block, scan_slots times points_per_scan points of
 // 12 bytes, and when results are kept whole as many times cell_capacity points, and 72 bytes a scan of
 // capacity for the path after a loop.
@@ -31,6 +34,7 @@
 #include "alces/mapper.h"
 #include "alces_onboard/bell.h"
 #include "alces_onboard/leavable_thread.h"
+#include "alces_onboard/page/live_page.h"
 #include "alces_onboard/recorder/spsc_ring.h"
 #include "alces_platform/recording/records.h"
 #include "alces_platform/settings/memory_plan.h"
@@ -68,7 +72,8 @@ struct MapResult {
   bool is_map_full = false;
   ScanReport report;
   Pose map_from_body;
-  std::array<Edge, 4> edges;  ///< that came into the graph
+  std::int64_t latency_ns = 0;  ///< from the scan's last ray to its pose; 0: not in the map, or no clock
+  std::array<Edge, 4> edges;    ///< that came into the graph
   std::uint32_t edge_count = 0;
   std::uint32_t edges_left_out = 0;  ///< that there was no room for here
   bool has_loop = false;
@@ -86,7 +91,9 @@ class MappingWorker {
   [[nodiscard]] static std::size_t memory_beside_mapper(const MappingWorkerConfig& config);
 
   /// std::bad_alloc. When the mapper cannot be made, status() says why and nothing else may be called.
-  MappingWorker(const MappingWorkerConfig& config, ScanArchive* archive, StageClock* clock);
+  /// `page`, unless null, and all that is referred to outlive it.
+  MappingWorker(const MappingWorkerConfig& config, ScanArchive* archive, StageClock* clock,
+                LivePage* page = nullptr);
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
   ~MappingWorker();
@@ -143,6 +150,7 @@ class MappingWorker {
   /// False: the archive cannot be written.
   [[nodiscard]] bool map(const ScanSlot& slot, MapResult& result);
   void finish(MapResult& result);
+  void publish_place(MapResult& result);
   void tell_of_graph(std::uint32_t edges_before, MapResult& result);
   void copy_path(MapResult& result);
   void judge_map(const MapResult& result);
@@ -160,6 +168,9 @@ class MappingWorker {
   std::uint32_t path_count_ = 0;
   std::atomic<bool> is_path_free_{true};
   Mapper* mapper_ = nullptr;
+  StageClock* clock_ = nullptr;
+  LivePage* page_ = nullptr;
+  ScanRecord last_scan_;  ///< in the map
   Status status_ = Status::ok;
   bool is_map_full_ = false;
   MapHealth health_;

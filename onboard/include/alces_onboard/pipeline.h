@@ -28,6 +28,8 @@
 #include "alces_drivers/spaced_notices.h"
 #include "alces_onboard/mapping_worker.h"
 #include "alces_onboard/notice_limiter.h"
+#include "alces_onboard/page/live_page.h"
+#include "alces_onboard/scan_latency.h"
 #include "alces_onboard/status_report.h"
 #include "alces_platform/linux/retry_delay.h"
 #include "alces_platform/recording/recording_writer.h"
@@ -108,6 +110,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
 
   struct Surroundings {
     Scanner::Ports ports;
+    LivePage* page = nullptr;       ///< for other programs
     ByteSink* recording = nullptr;  ///< needed when config.records
     ScanArchive* archive = nullptr;
     StageClock* clock = nullptr;
@@ -170,6 +173,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
 
  private:
   static constexpr std::size_t rate_scans = 8;
+  static constexpr std::int64_t status_interval_ns = 100 * ns_per_ms;  ///< on the page
   enum class NoticeKind : std::uint8_t {
     thinned,
     loops,
@@ -197,10 +201,14 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   void record_result(const MapResult& result);
   void record_counters();
   void watch_recording();
+  void publish(const Event& event);
   void answer(const ScanRecord& scan, const char* verdict, std::uint64_t& counter);
 
   PipelineConfig config_;
   NoticePort* listener_ = nullptr;
+  LivePage* page_ = nullptr;
+  std::int64_t status_published_ns_ = no_stamp_ns;
+  std::uint64_t nodes_published_ = 0;
   std::optional<settings::MemoryBlock> scanner_block_;
   std::optional<settings::MemoryBlock> recorder_block_;
   Scanner* scanner_ = nullptr;
@@ -228,6 +236,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   bool was_mapper_left_ = false;
   bool is_archive_stalled_ = false;
   std::uint64_t dropped_before_stall_ = 0;
+  ScanLatency latency_;
   bool has_loop_ = false;
   LoopReport last_loop_;
   Counters counters_;

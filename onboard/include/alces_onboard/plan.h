@@ -30,10 +30,12 @@ struct Plan {
   PipelineMemory memory;
   BackgroundSinkConfig file;  ///< between the recorder and its file
   std::size_t archive_index_bytes = 0;
+  std::size_t page_bytes = 0;
   std::string recording;  ///< as configured, with its %t; empty: nothing is recorded
 
   [[nodiscard]] std::size_t total_bytes() const {
-    return memory.total_bytes() + archive_index_bytes + (recording.empty() ? 0 : file.ring_bytes);
+    return memory.total_bytes() + archive_index_bytes + page_bytes +
+           (recording.empty() ? 0 : file.ring_bytes);
   }
 };
 

@@ -22,6 +22,7 @@ struct BusHealth {
 
 struct StatusReport {
   const char* phase = "";
+  bool is_scanning = false;
   const char* reason = "";  ///< what the phase waits for, or what is wrong; may be empty
   double scans_per_s = 0;
   std::uint64_t scans = 0;  ///< assembled
@@ -39,6 +40,9 @@ struct StatusReport {
   bool is_archive_stalled = false;  ///< cannot be written
   MapHealth health;                 ///< of a map that has a pose
   std::uint32_t loops_closed = 0;
+  std::uint32_t loops_refused = 0;
+  std::int64_t latency_median_ns = 0;  ///< from a scan's last ray to its pose, loop and all; 0: none yet
+  std::int64_t latency_worst_ns = 0;
   bool has_loop = false;
   LoopReport last_loop;
   std::size_t waiting_scans = 0;
@@ -57,8 +61,8 @@ struct StatusReport {
 
 /// One line, without its end, e.g.
 ///   scanning: 0.83 scans/s, 412 of 10000 mapped | at 12.3 -4.5 0.1 m, 87 deg | 5 loops, last 17-402 moved
-///   0.34 m | map good | queue 1/4, 0 dropped | pool 12.3 of 33.1 MB | can0 1240 frames/s, 0 errors |
-///   recorded 153.2 MB
+///   0.34 m | map good | poses 0.31 s late, worst 0.62 | queue 1/4, 0 dropped | pool 12.3 of 33.1 MB |
+///   can0 1240 frames/s, 0 errors | recorded 153.2 MB
 /// A pose that is older than three seconds has its age behind it: "at 12.3 -4.5 0.1 m, 87 deg, 12 s AGO".
 /// What does not fit `room` is cut. No heap, no locale.
 [[nodiscard]] std::string_view format(const StatusReport& report, std::span<char> room);

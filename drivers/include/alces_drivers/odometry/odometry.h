@@ -26,6 +26,7 @@
 
 #include "alces_drivers/odometry/can_signal.h"
 #include "alces_drivers/odometry/motion.h"
+#include "alces_drivers/odometry/odometry_uncertainty.h"
 #include "alces_drivers/spaced_notices.h"
 #include "alces_drivers/stamp.h"
 #include "alces_drivers/stamp_ring.h"
@@ -66,6 +67,8 @@ struct OdometryConfig {
   std::int64_t timeout_ns = 300 * ns_per_ms;        ///< frames farther apart are not bridged
   std::int64_t frozen_after_ns = 5 * ns_per_s;      ///< the same data while moving; 0: not looked for
   std::int64_t alive_timeout_ns = 300 * ns_per_ms;  ///< the same alive counter
+
+  OdometryErrors errors;  ///< for the covariance; no pose depends on it
 };
 
 /// Null, or one clause that names the value that cannot be.
@@ -106,6 +109,18 @@ struct OdometryCounters {
   }
 };
 
+/// The newest node, and where the vehicle is by it: for those who cannot wait for the next one.
+struct OdometryState {
+  bool is_valid = false;    ///< frames come and are believed
+  std::uint64_t nodes = 0;  ///< so far; 0: nothing below is known
+  std::int64_t node_stamp_ns = 0;
+  bool is_connected = false;             ///< the way from the node before is known
+  Pose node;                             ///< odometry_from_body
+  Vector6d velocity = Vector6d::Zero();  ///< along the body's axes: m/s, rad/s
+  std::int64_t stamp_ns = 0;             ///< as asked for, or as far as is extrapolated
+  Pose odometry_from_body;               ///< at stamp_ns: the node, carried on by the velocity
+};
+
 class Odometry final : public Motion {
  public:
   /// The configuration must be one that problem() finds nothing wrong with.
@@ -119,6 +134,10 @@ class Odometry final : public Motion {
   /// ok; not_yet; too_old; stale: no frames (or frozen ones) around that time. The first node is the
   /// identity.
   [[nodiscard]] MotionAnswer pose_at(std::int64_t stamp_ns) const override;
+
+  /// O(1).
+  [[nodiscard]] OdometryState state_at(std::int64_t now_ns) const;
+  [[nodiscard]] const OdometryUncertainty& uncertainty() const { return uncertainty_; }
 
   /// Frames come and are believed.
   [[nodiscard]] bool is_alive() const { return is_alive_; }
@@ -190,6 +209,7 @@ class Odometry final : public Motion {
   std::array<Message, signal_count + 1> messages_;  ///< at most one a signal, and the alive counter's
   StampRing<Node, history_capacity> nodes_;
   Pose last_pose_;  ///< of the newest node, also when the history was forgotten
+  OdometryUncertainty uncertainty_;
   std::int64_t ticked_ns_ = no_stamp_ns;
   bool is_alive_ = false;
   bool is_frozen_ = false;

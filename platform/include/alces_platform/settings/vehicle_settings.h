@@ -24,6 +24,13 @@ struct LaserLine {
   std::uint16_t port = 2112;
 };
 
+/// The shared page for programs beside alcesd (alces/page.h).
+struct PageSettings {
+  std::string path;           ///< on tmpfs; empty: there is none
+  std::string group;          ///< that may read it; empty: alcesd's own
+  std::string mode = "0640";  ///< 0600, 0640 or 0644: readers never write
+};
+
 struct VehicleSettings {
   ScannerConfig scanner;
   /// scan_capacity 0: as many as memory allows or the drive has; pool_bytes 0: what is left of memory_bytes.
@@ -50,6 +57,7 @@ struct VehicleSettings {
   int fifo_priority = 0;  ///< of the acquisition thread; 0: not real-time
   int processor = -1;     ///< of the acquisition thread; -1: any
   bool locks_memory = false;
+  PageSettings page;
 
   /// The file as it was read: what a recording carries.
   std::string text;
