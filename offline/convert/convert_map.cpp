@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "alces_drivers/stamp.h"
-#include "alces_platform/bags/bag_reader.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
 #include "cloud_writer.h"
@@ -452,7 +451,7 @@ ConstraintGraph graph_of(const MapConversion& conversion) {
 std::optional<ConversionSource> conversion_source(const fs::path& in) {
   std::error_code ignored;
   if (names_bag_topic(in)) return ConversionSource::trajectory;
-  if (bags::is_bag(in) && fs::exists(in, ignored) && !is_own_recording(in)) return ConversionSource::scans;
+  if (is_ros_bag(in)) return ConversionSource::scans;
   if (fs::is_directory(in, ignored)) {
     if (fs::exists(in / "map.ply", ignored) && fs::exists(in / "trajectory.tum", ignored))
       return ConversionSource::map_folder;

@@ -15,7 +15,6 @@
 #include <string>
 
 #include "alces_drivers/stamp.h"
-#include "alces_platform/bags/bag_reader.h"
 #include "alces_platform/recording/byte_source.h"
 #include "alces_platform/recording/recording_reader.h"
 #include "bag_info.h"
@@ -308,7 +307,7 @@ Json with_kind(const char* kind, const fs::path& path, const Json& content) {
 }
 
 Json describe(const fs::path& path, const BagTopics& asked) {
-  if (bags::is_bag(path) && !is_own_recording(path)) {
+  if (is_ros_bag(path)) {
     Progress progress("reading the bag");
     return with_kind("bag", path, describe_bag(path, asked, std::ref(progress)));
   }

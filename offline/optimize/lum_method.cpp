@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdio>
 
-#include "alces_platform/bags/bag_reader.h"
 #include "offline/io/bags/own_recording.h"
 #include "offline/io/files/error.h"
 #include "offline/io/scans/spooled_scan_source.h"
@@ -80,7 +79,7 @@ std::unique_ptr<ScanSource> open_scans_of(const MapGraph& map, const LumOptions&
       options.scans.empty() ? source_of_map(map.folder, map.report) : options.scans;
   const nlohmann::json::json_pointer replay("/source/replay");
   const bool was_replayed = map.report.is_object() && map.report.contains(replay);
-  const bool is_bag = !was_replayed && bags::is_bag(paths.front()) && !is_own_recording(paths.front());
+  const bool is_bag = !was_replayed && is_ros_bag(paths.front());
   if (!was_replayed && (is_bag || paths.front().extension() != ".mcap")) {
     ScanSourceOptions reading;  // as for the map
     const nlohmann::json::json_pointer place("/source/reading");

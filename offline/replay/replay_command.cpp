@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 
-#include "alces_platform/bags/bag_reader.h"
 #include "drive_replay.h"
 #include "offline/io/bags/own_recording.h"
 #include "offline/io/files/byte_size.h"
@@ -52,7 +51,7 @@ Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reache
 130 Ctrl-C.)";
 
 void replay_drive(const ReplayOptions& options) {
-  if (bags::is_bag(options.drive) && std::filesystem::exists(options.drive) && !is_own_recording(options.drive))
+  if (is_ros_bag(options.drive))
     throw InputError(options.drive, fmt::format("is a bag of ROS, whose scans no drivers are needed for: 'alces map {} "
                                                 "--out {}' maps it",
                                                 options.drive, options.out));

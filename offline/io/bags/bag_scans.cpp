@@ -53,7 +53,6 @@ class BagScans final : public ScanSource {
     warnings_.insert(warnings_.end(), grouping.begin(), grouping.end());
     // what is not needed any more
     for (SurveyedTopic& each : survey_.topics) {
-      if (!is_assembled_) each.poses = PoseTrack();
       if (&each != &topic) each.scans = {};
     }
   }
@@ -111,6 +110,29 @@ class BagScans final : public ScanSource {
     return warnings_;
   }
   [[nodiscard]] std::optional<OdometryOrigin> odometry_origin() const override { return odometry_.origin; }
+
+  /// The bag's odometry every hundredth of a second; without one, the poses of the scans around.
+  [[nodiscard]] std::vector<TimedPose> motion(std::size_t index, double from_s, double to_s) const override {
+    constexpr double step_s = 0.01;
+    constexpr double longest_s = 10;
+    std::vector<TimedPose> poses;
+    const auto steps = static_cast<int>(std::ceil(std::clamp(to_s - from_s, 0.0, longest_s) / step_s));
+    for (int i = 0; i <= steps; ++i) {
+      const double time_s = from_s + step_s * i;
+      if (const auto pose = odometry_at(survey_, choice_, std::llround(1e9 * time_s)))
+        poses.push_back({time_s, *pose});
+    }
+    return poses.size() < 2 ? ScanSource::motion(index, from_s, to_s) : poses;
+  }
+  [[nodiscard]] std::string channels() const override {
+    std::string clauses;
+    if (reading_.time && !is_assembled_)
+      clauses = fmt::format("the points' times are {} ({})", reading_.time->field, reading_.time->title);
+    if (has_intensity())
+      clauses += fmt::format("{}intensities are {}", clauses.empty() ? "" : ", ", reading_.intensity_field);
+    return clauses;
+  }
+  [[nodiscard]] bool has_intensity() const override { return !reading_.intensity_field.empty(); }
 
  private:
   [[nodiscard]] const SurveyedTopic& topic() const { return survey_.topics[choice_.scans]; }
@@ -211,9 +233,6 @@ class BagScans final : public ScanSource {
     if (topic.without_stamp > 0)
       warn(fmt::format("{}: {} messages have no stamp; the time of recording is taken", name,
                        topic.without_stamp));
-    if (reading_.time && !is_assembled_)
-      warn(
-          fmt::format("{}: the points' times are {} ({})", name, reading_.time->field, reading_.time->title));
     if (!reading_.time_problem.empty() && !is_assembled_)
       warn(fmt::format("{}: the points' times ({}) are not used: {}", name, topic.channels.time_field,
                        reading_.time_problem));
