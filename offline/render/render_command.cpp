@@ -33,7 +33,8 @@ From above, brightness is the logarithm of the points a pixel holds and the heig
 of the ground. Colour is height. Rings mark the places where loops were closed, crossed ones where they were refused.)";
 
 void render(RenderOptions& options) {
-  if (std::filesystem::path(options.png).extension() != ".png")
+  const std::string extension = std::filesystem::path(options.png).extension().string();
+  if (!extension.empty() && extension != ".png")
     throw UsageError(
         fmt::format("--out {}: a PNG is written; give it a name that ends in .png", options.png));
   if (!options.compare.empty()) {

@@ -58,7 +58,7 @@ class Stages {
 
 void report(const ReportOptions& options) {
   const std::string extension = std::filesystem::path(options.html).extension().string();
-  if (extension != ".html" && extension != ".htm") {
+  if (!extension.empty() && extension != ".html" && extension != ".htm") {
     throw UsageError(fmt::format(
         "--out {}: an HTML page is written; give it a name that ends in .html (a browser prints it as PDF)",
         options.html));

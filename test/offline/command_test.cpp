@@ -62,6 +62,28 @@ TEST_CASE("help and version are no errors, and help teaches") {
   }
 }
 
+TEST_CASE("a mistyped verb or option names the one that was probably meant, and only then") {
+  const TemporaryFolder folder;
+  const auto complaint = [&](const char* arguments) {
+    const Outcome outcome = run(folder, arguments);
+    CHECK(outcome.status == 2);
+    return outcome.err;
+  };
+  CHECK_THAT(complaint("rendr town"), Catch::Contains("no verb rendr; did you mean render?"));
+  CHECK_THAT(complaint("mpa town"), Catch::Contains("did you mean map?"));
+  CHECK_THAT(complaint("frobnicate town"), Catch::Contains("no verb frobnicate") && !Catch::Contains("mean"));
+  CHECK_THAT(complaint("map town --otu x"), Catch::Contains("map has no option --otu; did you mean --out?"));
+  CHECK_THAT(complaint("map town --loop-optimiser=none --out x"), Catch::Contains("did you mean --loop-optimizer?"));
+  CHECK_THAT(complaint("map town --frobnicate --out x"), !Catch::Contains("mean"));
+}
+
+TEST_CASE("a picture is refused under the name of another format") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(folder, "render town --out town.jpg");
+  CHECK(outcome.status == 2);
+  CHECK_THAT(outcome.err, Catch::Contains("town.jpg") && Catch::Contains(".png"));
+}
+
 TEST_CASE("status 5 is explained in the same words by every verb that can end with it") {
   const TemporaryFolder folder;
   for (const char* verb : {"", "map ", "replay ", "compare ", "report ", "simulate ", "calibrate "}) {

@@ -47,6 +47,25 @@ TEST_CASE("foreign traces become a recording, and that the traces of can-utils a
   CHECK(content_of(folder / "back/vehicle.toml") == content_of(folder / "traces/vehicle.toml"));
 }
 
+TEST_CASE("a configuration of an earlier version comes out by today's names, with the same values") {
+  const TemporaryFolder folder;
+  folder.write("old.toml", "[belief]\nminimum_overlap = 0.25\n[sharing]\nrule = \"paper\"\n");
+  const Outcome outcome = convert(folder, "old.toml new.toml");
+  INFO(outcome.err);
+  CHECK(outcome.status == 0);
+  const std::string text = content_of(folder / "new.toml");
+  CHECK_THAT(text, Catch::Contains("[loop_verification]\nminimum_overlap = 0.25"));
+  CHECK_THAT(text, Catch::Contains("[loop_correction]") && !Catch::Contains("[belief]"));
+  REQUIRE(convert(folder, "new.toml again.toml").status == 0);
+  CHECK(content_of(folder / "again.toml") == text);
+  folder.write("vehicle.toml", "[belief]\nminimum_overlap = 0.25\n[motor]\nnode = 3\n");
+  CHECK_THAT(convert(folder, "vehicle.toml newer.toml").out, Catch::Contains("a vehicle's configuration"));
+  CHECK_THAT(content_of(folder / "newer.toml"), Catch::Contains("node = 3"));
+  folder.write("none.toml", "[nonsense]\na = 1\n");
+  CHECK(convert(folder, "none.toml out.toml").status == 3);
+  CHECK_FALSE(std::filesystem::exists(folder / "out.toml"));
+}
+
 TEST_CASE("a recording goes to traces and back without a byte changed") {
   const TemporaryFolder folder;
   write_traces(folder);

@@ -64,6 +64,20 @@ TEST_CASE("a file changes what it names and nothing else") {
   CHECK(to_json(config) == to_json(expected));
 }
 
+TEST_CASE("what earlier versions called a table is read for ever, and only one of the two names at a time") {
+  const TemporaryFolder folder;
+  MapperConfig config = default_settings(FrontEnd::standard);
+  read_settings(folder.write("old.toml", "[belief]\nminimum_overlap = 0.25\n[step_belief]\nminimum_fit = 0.5\n"
+                                         "[sharing]\nrule = \"paper\"\n"),
+                config);
+  CHECK(config.loop_verification.minimum_overlap == 0.25);
+  CHECK(config.step_verification.minimum_fit == 0.5);
+  CHECK(config.correction_rule == CorrectionRule::paper);
+  CHECK_THAT(complaint("[belief]\nminimum_overlap = 2\n"), Contains(":2: loop_verification.minimum_overlap"));
+  CHECK_THAT(complaint("[belief]\nminimum_overlap = 0.2\n[loop_verification]\nminimum_fit = 0\n"),
+             Contains(":1: belief is what earlier versions called loop_verification"));
+}
+
 TEST_CASE("wrong settings are named with file and line") {
   CHECK_THAT(complaint("[voxel]\n\ncell_size = 0.1\n"), Contains("map.toml:3: there is no voxel.cell_size"));
   CHECK_THAT(complaint("\n[voxels]\n"), Contains("map.toml:2: there is no table [voxels]"));

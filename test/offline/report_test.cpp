@@ -240,6 +240,12 @@ TEST_CASE("the report verb: a full disk, a folder that is none, options that exc
   CHECK(outcome.status == 3);
   CHECK(is_one_sentence(outcome.err));
   CHECK(run_alces(folder, "report . --out a.html --full --limit 3MB").status == 2);
+  outcome = run_alces(folder, "report . --out town.pdf");
+  CHECK(outcome.status == 2);
+  CHECK(contains(outcome.err, ".html"));
+  CHECK_FALSE(std::filesystem::exists(folder / "town.pdf"));
+  CHECK(run_alces(folder, "report . --out titled.html --title 'Our <town>'").status == 0);
+  CHECK(contains(content_of(folder / "titled.html"), "<title>Our &lt;town&gt;"));
   CHECK(run_alces(folder, "report . --out a.html --limit much").status == 2);
 }
 
