@@ -2,7 +2,7 @@
 // would have to be changed so that both agree.
 //
 // NEES (normalised estimation error squared): e^T S^-1 e / dof, 1 on average where S is right, above 1 where
-// the labels are too sure. S of a chain is what LoopSharing accumulates along a loop.
+// the labels are too sure. S of a chain is what LoopCorrection accumulates along a loop.
 #pragma once
 
 #include <array>

@@ -41,14 +41,15 @@ MatchedDrive match(const Drive& drive, const Options& options) {
   const settings::MemoryBlock block(plan.block_bytes);
   Status status = Status::ok;
   Mapper* const mapper = Mapper::create(block.bytes(), config, status);
-  if (mapper == nullptr) throw std::runtime_error(text(status));
+  if (mapper == nullptr) throw std::runtime_error(to_string(status));
   std::vector<Point> points;
   for (std::size_t i = 0; i < drive.size; ++i) {
     print_progress(i, drive.size);
     drive.points(i, points);
     ScanReport report;
     status = mapper->add_scan(points, drive.odometry.empty() ? nullptr : &drive.odometry[i], report);
-    if (status != Status::ok && status != Status::no_voxel_capacity) throw std::runtime_error(text(status));
+    if (status != Status::ok && status != Status::no_voxel_capacity)
+      throw std::runtime_error(to_string(status));
   }
   print_progress(1, 1);
   const std::span<const Edge> edges = mapper->graph().edges();

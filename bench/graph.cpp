@@ -45,7 +45,7 @@ double loa_ms(const ConstraintGraph& graph) {
   test::InBlock<PoseGraph> poses(capacity);
   test::InBlock<LoopOptimizer> optimizer(capacity);
   const auto check = [](Status status) {
-    if (status != Status::ok) throw std::runtime_error(text(status));
+    if (status != Status::ok) throw std::runtime_error(to_string(status));
   };
   for (const ConstraintVertex& vertex : graph.vertices) check(poses->add_vertex(vertex.map_from_body));
   for (const Constraint& c : graph.constraints)

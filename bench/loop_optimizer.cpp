@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "alces/loop_correction.h"
 #include "alces/loop_optimizer.h"
-#include "alces/loop_sharing.h"
 #include "alces/pose_graph.h"
 #include "alces_platform/sim/random.h"
 #include "support.h"
@@ -38,7 +38,7 @@ class Network {
       : graph(PoseGraph::Capacity{size.scans, size.scans + size.loops}) {
     sim::Random random(seed);
     const auto check = [](Status status) {
-      if (status != Status::ok) throw std::runtime_error(text(status));
+      if (status != Status::ok) throw std::runtime_error(to_string(status));
     };
     const auto variance = [&] {
       const auto draw = [&](double typical) { return typical * std::exp(random.normal()); };
@@ -89,7 +89,7 @@ struct LoaTimes {
 };
 
 void check(Status status) {
-  if (status != Status::ok) throw std::runtime_error(text(status));
+  if (status != Status::ok) throw std::runtime_error(to_string(status));
 }
 
 LoaTimes measure_loa(const Size& size, const Network& network, std::size_t repeats,
@@ -138,8 +138,8 @@ LoaTimes measure_loa(const Size& size, const Network& network, std::size_t repea
 void measure_sharing(const Size& size, std::size_t repeats, std::uint64_t seed) {
   Network network(size, seed);
   const std::vector<Pose> before(network.graph->poses().begin(), network.graph->poses().end());
-  test::InBlock<LoopSharing> sharing(PoseGraph::Capacity{size.scans, size.scans + size.loops});
-  for (const SharingRule rule : {SharingRule::trails, SharingRule::paper}) {
+  test::InBlock<LoopCorrection> sharing(PoseGraph::Capacity{size.scans, size.scans + size.loops});
+  for (const CorrectionRule rule : {CorrectionRule::trails, CorrectionRule::paper}) {
     Samples prepare_ms, share_ms, all_ms;
     for (std::size_t repeat = 0; repeat < repeats; ++repeat) {
       std::copy(before.begin(), before.end(), network.graph->poses().begin());
@@ -153,8 +153,8 @@ void measure_sharing(const Size& size, std::size_t repeats, std::uint64_t seed) 
       all_ms.add(done_ms);
     }
     print_row({fmt::format("{} / {}", size.scans, size.loops),
-               rule == SharingRule::trails ? "trails" : "paper", fmt::format("{:.4f}", prepare_ms.median()),
-               fmt::format("{:.4f}", share_ms.median()),
+               rule == CorrectionRule::trails ? "trails" : "paper",
+               fmt::format("{:.4f}", prepare_ms.median()), fmt::format("{:.4f}", share_ms.median()),
                fmt::format("{:.4f} ({:.4f})", all_ms.median(), all_ms.worst())});
   }
 }

@@ -76,7 +76,7 @@ nlohmann::json to_json(const TriedLoop& loop) {
           {"last", report.last},
           {"revisit", loop.is_revisit},
           {"bare", loop.is_bare},
-          {"verdict", text(report.verdict)},
+          {"verdict", to_string(report.verdict)},
           {"distance_m", report.distance_m},
           {"overlap", report.overlap},
           {"rms_m", report.rms_m},

@@ -36,7 +36,7 @@ class Run {
       : plan_(offline::plan_memory(config, limit_bytes)), block_(plan_.block_bytes) {
     Status status = Status::ok;
     mapper_ = Mapper::create(block_.bytes(), config, status, nullptr, &clock_);
-    if (mapper_ == nullptr) throw std::runtime_error(text(status));
+    if (mapper_ == nullptr) throw std::runtime_error(to_string(status));
   }
 
   void add(std::span<const Point> points, const Pose& odometry) {
@@ -44,7 +44,8 @@ class Run {
     const Stopwatch watch;
     const Status status = mapper_->add_scan(points, &odometry, report);
     const double ms = watch.ms();
-    if (status != Status::ok && status != Status::no_voxel_capacity) throw std::runtime_error(text(status));
+    if (status != Status::ok && status != Status::no_voxel_capacity)
+      throw std::runtime_error(to_string(status));
     const StageTimes& t = report.times;
     total_ms.add(ms);
     reduce_ms.add(in_ms(t.reduce_ns));

@@ -44,7 +44,7 @@ class DriveOptions {
   std::size_t returned_points_ = 35000;
 };
 
-/// Thinned out to a point a cell, as the mapper does it.
+/// Downsampled to a point a cell, as the mapper does it.
 [[nodiscard]] std::vector<Point> reduced(const std::vector<Point>& points, float cell_size_m);
 
 }  // namespace alces::bench

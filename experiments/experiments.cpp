@@ -1,5 +1,5 @@
-// The paper's experiment in the program `alces`: its two verbs, and the optimisers that ELCH is compared with.
-// -DALCES_EXPERIMENTS=OFF leaves all of it out.
+// The paper's experiment in the program `alces`: its two verbs, and the optimisers that ELCH is compared
+// with. -DALCES_EXPERIMENTS=OFF leaves all of it out.
 #include "back_ends/loop_back_ends.h"
 #include "back_ends/optimize_methods.h"
 #include "compare/compare_command.h"

@@ -2,7 +2,7 @@
 
 namespace alces {
 
-const char* text(Severity severity) {
+const char* to_string(Severity severity) {
   switch (severity) {
     case Severity::info:
       return "info";

@@ -44,8 +44,10 @@ OptimizeOutcome run_hogman(const OptimizeTask& task) {
 
 void add_optimize_methods() {
   add_optimize_method(
-      {"toro", "stochastic gradient descent over a tree: good from a poor start, not quite the optimum", run_toro});
-  add_optimize_method({"hogman", "Gauss-Newton over a hierarchy of graphs first, then the optimum", run_hogman});
+      {"toro", "stochastic gradient descent over a tree: good from a poor start, not quite the optimum",
+       run_toro});
+  add_optimize_method(
+      {"hogman", "Gauss-Newton over a hierarchy of graphs first, then the optimum", run_hogman});
 }
 
 }  // namespace alces::offline

@@ -96,8 +96,8 @@ LinkMatchingSettings link_matching_settings(const MapperConfig& config, const Lu
   settings.links = lum;
   settings.match = config.scan_match;
   settings.uncertainty = config.edge_uncertainty;
-  settings.minimum_overlap = config.belief.minimum_overlap;
-  settings.maximum_rms_m = config.belief.maximum_rms_m;
+  settings.minimum_overlap = config.loop_verification.minimum_overlap;
+  settings.maximum_rms_m = config.loop_verification.maximum_rms_m;
   return settings;
 }
 

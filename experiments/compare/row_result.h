@@ -16,7 +16,7 @@ namespace alces::offline {
 
 /// Table 2 of the paper. Seconds of this machine; the post-processing uses all its cores, the rest one.
 struct RowTimes {
-  double icp_s = 0;               ///< online: thinning out, indexing and matching every scan
+  double icp_s = 0;               ///< online: downsampling, indexing and matching every scan
   double online_front_end_s = 0;  ///< detecting and matching loops; of LUM: links and correspondences
   double online_back_end_s = 0;   ///< LOA and sharing out, or what stands in its place
   double post_front_end_s = 0;    ///< links and their matches

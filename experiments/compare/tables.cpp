@@ -104,7 +104,7 @@ std::string time_table(const ExperimentResult& result) {
                     seconds_cell(times.post_front_end_s), seconds_cell(times.post_back_end_s), times.total_s);
   }
   return text +
-         "\n*ICP*: thinning out, indexing and matching each scan. *Online front end*: detecting loops and "
+         "\n*ICP*: downsampling, indexing and matching each scan. *Online front end*: detecting loops and "
          "matching them; of LUM also the links' correspondences. *Online back end*: LOA with sharing out, or "
          "what stands in its place. *Post front end*: links and their matches. *Post back end*: equations "
          "and "

@@ -156,8 +156,8 @@ void reference(const ReferenceOptions& options) {
     fmt::print("\n");
     for (std::size_t i = 0; i < run.poses.size() && trusted > 0; ++i)
       if (run.poses[i].verdict != ReferenceVerdict::trusted)
-        fmt::print("  {}: {} (overlap {:.0f} %, rms {:.3f} m)\n", scans.name(i), text(run.poses[i].verdict),
-                   100 * run.poses[i].overlap, run.poses[i].rms_m);
+        fmt::print("  {}: {} (overlap {:.0f} %, rms {:.3f} m)\n", scans.name(i),
+                   to_string(run.poses[i].verdict), 100 * run.poses[i].overlap, run.poses[i].rms_m);
   }
   if (run.was_stopped) {
     std::fflush(stdout);
@@ -191,7 +191,7 @@ void add_reference_command(CLI::App& alces) {
   verb->add_option("--spacing", options->spacing_m, "m, between points on walls")
       ->check(CLI::Range(0.01, 10.0))
       ->capture_default_str();
-  verb->add_option("--cell", options->cell_m, "m, the map is thinned out to one point a cell; 0: not at all")
+  verb->add_option("--cell", options->cell_m, "m, the map is downsampled to one point a cell; 0: not at all")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   verb->add_option("--min-overlap", options->settings.minimum_overlap, "of a scan that is trusted")

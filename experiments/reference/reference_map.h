@@ -1,6 +1,6 @@
 // A surveyed map to match scans to: a cloud, walls, or both, in one k-d tree.
 //
-// Memory: 15 bytes a point that is left after thinning out, and while it is built some 100 more.
+// Memory: 15 bytes a point that is left after downsampling, and while it is built some 100 more.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,12 +19,12 @@ namespace alces::offline {
 
 class ReferenceMap {
  public:
-  /// Thins out to one measured point a cell (0: all stay) and builds the tree. InputError when no finite
+  /// Downsamples to one measured point a cell (0: all stay) and builds the tree. InputError when no finite
   /// point is left, CapacityError for more than 2^24 of them.
   ReferenceMap(std::span<const Point> points, double cell_size_m);
 
   [[nodiscard]] const KdTree& tree() const { return tree_; }
-  [[nodiscard]] std::size_t given() const { return given_; }  ///< points before thinning out
+  [[nodiscard]] std::size_t given() const { return given_; }  ///< points before downsampling
 
  private:
   std::unique_ptr<settings::MemoryBlock> block_;

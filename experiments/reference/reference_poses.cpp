@@ -93,7 +93,7 @@ std::filesystem::path quality_file(std::filesystem::path tum) {
 
 }  // namespace
 
-const char* text(ReferenceVerdict verdict) {
+const char* to_string(ReferenceVerdict verdict) {
   constexpr std::array<const char*, 8> texts = {"trusted",
                                                 "the start trajectory has no pose for it",
                                                 "it has no usable point",
@@ -155,9 +155,9 @@ void write_reference_poses(const std::filesystem::path& tum, const ScanSource& s
                               t.y(), t.z(), q.x(), q.y(), q.z(), q.w()));
     if (!is_trusted)
       poses.write(fmt::format("# {} is not trustworthy: {} (overlap {:.0f} %, rms {:.3f} m)\n", scans.name(i),
-                              text(pose.verdict), 100 * pose.overlap, pose.rms_m));
+                              to_string(pose.verdict), 100 * pose.overlap, pose.rms_m));
     quality.write(fmt::format("{},{},{},{},{:.4f},{:.4f},{},{:.4f},{:.4f}\n", scans.number(i), stamp,
-                              is_trusted ? 1 : 0, text(pose.verdict), pose.overlap, pose.rms_m,
+                              is_trusted ? 1 : 0, to_string(pose.verdict), pose.overlap, pose.rms_m,
                               pose.correspondences, pose.moved_m, pose.turned_rad * 180 / std::numbers::pi));
   }
   quality.commit();

@@ -46,7 +46,7 @@ enum class ReferenceVerdict : std::uint8_t {
   undetermined,   ///< a direction is left open, and kept from the start
   not_converged,  ///< the last iteration still moved by more than a centimetre
 };
-[[nodiscard]] const char* text(ReferenceVerdict verdict);
+[[nodiscard]] const char* to_string(ReferenceVerdict verdict);
 
 struct ReferencePose {
   ReferenceVerdict verdict = ReferenceVerdict::no_start;

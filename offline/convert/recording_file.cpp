@@ -31,7 +31,7 @@ RecordingFile::RecordingFile(const std::filesystem::path& file, const RecordingC
   RecordingStatus status{};
   writer_ =
       RecordingWriter::create(std::as_writable_bytes(std::span(block_)), config, sink_, nullptr, status);
-  if (writer_ == nullptr) throw Error(text(status), 4);
+  if (writer_ == nullptr) throw Error(to_string(status), 4);
 }
 
 RecordingFile::~RecordingFile() {

@@ -129,7 +129,7 @@ void evaluate_against_truth(const EvaluateOptions& options) {
     fmt::print("{}\n", json_text(json));
     return;
   }
-  fmt::print("{}", text(association));
+  fmt::print("{}", to_string(association));
   if (unassociated > 0) fmt::print(", {} without a counterpart left out", unassociated);
   fmt::print("; alignment: {}\n", name(options.alignment));
   if (circular) fmt::print("NO MEASURE OF ACCURACY: {}\n", *circular);

@@ -19,7 +19,7 @@ namespace alces::offline {
 
 struct MapEntropySettings {
   double radius_m = 0.3;
-  double cell_size_m = 0.1;  ///< each scan is thinned out to one measured point a cell first
+  double cell_size_m = 0.1;  ///< each scan is downsampled to one measured point a cell first
   double min_range_m = 1.5;
   double max_range_m = 20;  ///< as for the consistency figure
   std::size_t min_neighbours = 10;

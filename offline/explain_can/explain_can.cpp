@@ -116,7 +116,7 @@ std::string date_text(unsigned days) {
 
 }  // namespace
 
-const char* text(CanFrameMeaning meaning) {
+const char* to_string(CanFrameMeaning meaning) {
   constexpr std::array<const char*, can_frame_meaning_count> texts = {
       "NMT",     "SYNC",      "TIME", "EMCY",   "TPDO",      "RPDO",        "SDO request", "SDO answer",
       "boot-up", "heartbeat", "LSS",  "remote", "bus error", "not CANopen", "unknown"};
@@ -312,10 +312,10 @@ CanExplanation CanExplainer::explain_sdo(const CanFrame& frame) {
   const auto number = static_cast<std::uint8_t>(frame.id & 0x7F);
   Node& server = node(number);
   if (!is_request) server.was_seen = true;
-  SdoWords words =
-      is_request ? server.sdo.on_request(frame.bytes()) : server.sdo.on_answer(frame.bytes(), server.mode());
-  CanExplanation explanation{is_request ? CanFrameMeaning::sdo_request : CanFrameMeaning::sdo_answer, number,
-                             words.is_abnormal,
+  SdoWords words = is_request ? server.sdo.on_request(frame.bytes())
+                              : server.sdo.on_response(frame.bytes(), server.mode());
+  CanExplanation explanation{is_request ? CanFrameMeaning::sdo_request : CanFrameMeaning::sdo_response,
+                             number, words.is_abnormal,
                              fmt::format("SDO {} node {}: {}", is_request ? "to" : "of", number, words.text)};
   if (words.done) {
     const SdoTransfer& done = *words.done;

@@ -28,7 +28,7 @@ enum class CanFrameMeaning : std::uint8_t {
   tpdo,
   rpdo,
   sdo_request,
-  sdo_answer,
+  sdo_response,
   boot_up,
   heartbeat,
   layer_setting,  ///< LSS, CiA 305
@@ -38,7 +38,7 @@ enum class CanFrameMeaning : std::uint8_t {
   unknown,
 };
 inline constexpr std::size_t can_frame_meaning_count = 15;
-[[nodiscard]] const char* text(CanFrameMeaning meaning);
+[[nodiscard]] const char* to_string(CanFrameMeaning meaning);
 
 struct CanExplanation {
   CanFrameMeaning meaning = CanFrameMeaning::unknown;

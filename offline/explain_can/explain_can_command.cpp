@@ -111,7 +111,7 @@ Json json_of(const CandumpLine& line, const CanExplanation& explanation) {
   if (line.stamp_s) json["stamp_s"] = *line.stamp_s;
   json["channel"] = line.channel;
   json["frame"] = candump_text(line.frame);
-  json["kind"] = text(explanation.meaning);
+  json["kind"] = to_string(explanation.meaning);
   if (explanation.node != 0) json["node"] = explanation.node;
   json["abnormal"] = explanation.is_abnormal;
   json["text"] = explanation.text;
@@ -123,7 +123,7 @@ Json json_of(const Summary& summary) {
   json["frames"] = summary.frames;
   Json& kinds = json["frames_by_kind"] = Json::object();
   for (std::size_t i = 0; i < can_frame_meaning_count; ++i) {
-    if (summary.by_meaning[i] > 0) kinds[text(static_cast<CanFrameMeaning>(i))] = summary.by_meaning[i];
+    if (summary.by_meaning[i] > 0) kinds[to_string(static_cast<CanFrameMeaning>(i))] = summary.by_meaning[i];
   }
   json["unknown_ids"] = summary.unknown_ids;
   json["abnormal_frames"] = summary.abnormal_count;
@@ -140,7 +140,7 @@ void print(const Summary& summary) {
   const char* separator = " ";
   for (std::size_t i = 0; i < can_frame_meaning_count; ++i) {
     if (summary.by_meaning[i] == 0) continue;
-    fmt::print("{}{} {}", separator, summary.by_meaning[i], text(static_cast<CanFrameMeaning>(i)));
+    fmt::print("{}{} {}", separator, summary.by_meaning[i], to_string(static_cast<CanFrameMeaning>(i)));
     separator = ", ";
   }
   fmt::print("\n");

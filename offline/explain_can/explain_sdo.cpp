@@ -17,10 +17,10 @@ constexpr unsigned abort_transfer = 4;
 constexpr unsigned block_upload_request = 5;
 constexpr unsigned block_download_request = 6;
 
-constexpr unsigned upload_segment_answer = 0;
-constexpr unsigned download_segment_answer = 1;
-constexpr unsigned upload_answer = 2;
-constexpr unsigned download_answer = 3;
+constexpr unsigned upload_segment_response = 0;
+constexpr unsigned download_segment_response = 1;
+constexpr unsigned upload_response = 2;
+constexpr unsigned download_response = 3;
 constexpr unsigned block_download_answer = 5;
 constexpr unsigned block_upload_answer = 6;
 
@@ -129,7 +129,7 @@ SdoWords SdoConversation::on_request(ObjectBytes bytes) {
   }
 }
 
-SdoWords SdoConversation::on_answer(ObjectBytes bytes, std::optional<int> mode) {
+SdoWords SdoConversation::on_response(ObjectBytes bytes, std::optional<int> mode) {
   if (bytes.size() != 8) return {fmt::format("{} bytes, 8 are needed", bytes.size()), true};
   const bool is_block_data = phase_ == Phase::block_segments && is_block_ && !transfer_.is_write;
   if (is_block_data && bytes[0] != 0x80) return block_segment(bytes);
@@ -137,9 +137,9 @@ SdoWords SdoConversation::on_answer(ObjectBytes bytes, std::optional<int> mode) 
   if (command == abort_transfer) return aborted(bytes, "");
   const bool was_waiting = is_waiting_;
   is_waiting_ = false;
-  if (command == upload_answer || command == download_answer) {
+  if (command == upload_response || command == download_response) {
     const auto index = static_cast<std::uint16_t>(bytes[1] | bytes[2] << 8);
-    const bool is_write = command == download_answer;
+    const bool is_write = command == download_response;
     const bool fits = was_waiting && phase_ == Phase::asked && transfer_.is_write == is_write &&
                       transfer_.index == index && transfer_.sub == bytes[3];
     if (!fits) {
@@ -169,8 +169,8 @@ SdoWords SdoConversation::on_answer(ObjectBytes bytes, std::optional<int> mode) 
                         (bytes[0] & 1) != 0 ? fmt::format("{} bytes", unsigned32(bytes.subspan(4, 4)))
                                             : std::string("length not told"))};
   }
-  if (command == upload_segment_answer || command == download_segment_answer) {
-    const bool is_write = command == download_segment_answer;
+  if (command == upload_segment_response || command == download_segment_response) {
+    const bool is_write = command == download_segment_response;
     if (phase_ != Phase::segments || transfer_.is_write != is_write)
       return {"segment of a transfer that was not seen", true};
     SdoWords words;

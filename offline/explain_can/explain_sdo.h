@@ -29,7 +29,7 @@ class SdoConversation {
   explicit SdoConversation(const CanopenObjects& objects) : objects_(&objects) {}
 
   [[nodiscard]] SdoWords on_request(ObjectBytes bytes);
-  [[nodiscard]] SdoWords on_answer(ObjectBytes bytes, std::optional<int> mode);
+  [[nodiscard]] SdoWords on_response(ObjectBytes bytes, std::optional<int> mode);
 
   /// What was asked and not answered, e.g. "read 0x6041 Statusword".
   [[nodiscard]] std::optional<std::string> unanswered() const;

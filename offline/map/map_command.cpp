@@ -76,7 +76,7 @@ with into LOA's place; they work outside of --memory. Detecting, matching and be
 
 --memory is all that the mapper has: one block, planned before the first scan. Scans that do not fit go to a file in OUT that is
 removed at the end, or to --archive FILE, which stays and may be removed afterwards. Its voxel table has room for the fullest scan; only
-where the memory is too small for that (a warning says so) are scans thinned out coarser, and poses depend on it.
+where the memory is too small for that (a warning says so) are scans downsampled coarser, and poses depend on it.
 
 Ctrl-C ends the map after the scan that is being matched and writes it, a second one ends the program at once.
 

@@ -50,8 +50,8 @@ MapRun::MapRun(ScanSource& scans, const MapRequest& request)
   Status status = Status::ok;
   mapper_ = Mapper::create(block_.bytes(), config_, status, archive_.get(), &clock_, relaxation_);
   if (mapper_ == nullptr)
-    throw UsageError(
-        fmt::format("the mapper does not take these settings: {}; see docs/examples/map.toml", text(status)));
+    throw UsageError(fmt::format("the mapper does not take these settings: {}; see docs/examples/map.toml",
+                                 to_string(status)));
   mapped_.reserve(config_.scan_capacity);
 }
 
@@ -255,7 +255,8 @@ double MapRun::length_m() const {
 std::vector<std::string> MapRun::warnings() const {
   std::vector<std::string> warnings = scans_.warnings();
   for (const RefusedScan& scan : refused_)
-    warnings.push_back(fmt::format("{} is left out: {}", scans_.name(scan.source_index), text(scan.reason)));
+    warnings.push_back(
+        fmt::format("{} is left out: {}", scans_.name(scan.source_index), to_string(scan.reason)));
   const auto predicted =
       std::count_if(mapped_.begin(), mapped_.end(), [](const MappedScan& scan) { return scan.is_predicted; });
   if (predicted > 0)

@@ -31,10 +31,10 @@ struct MapRequest {
   MapperConfig config;
   std::size_t memory_bytes = std::size_t{64} << 20;
   std::optional<std::filesystem::path> archive;
-  DeskewMode deskew = DeskewMode::automatic;      ///< of scans whose points have times
-  std::string loop_back_end = "elch";           ///< none: config.close_loops is taken for false
-  GraphRelaxation* relaxation = nullptr;          ///< instead of the back end's own; outlives the run
-  std::function<bool()> is_stopped;               ///< ends the survey for the fullest scan; may be empty
+  DeskewMode deskew = DeskewMode::automatic;  ///< of scans whose points have times
+  std::string loop_back_end = "elch";         ///< none: config.close_loops is taken for false
+  GraphRelaxation* relaxation = nullptr;      ///< instead of the back end's own; outlives the run
+  std::function<bool()> is_stopped;           ///< ends the survey for the fullest scan; may be empty
 };
 
 /// A scan that is in the map.
@@ -42,7 +42,7 @@ struct MappedScan {
   std::size_t source_index = 0;
   StageTimes times;
   std::uint32_t kept_points = 0;
-  double cell_size_m = 0;   ///< as it was thinned out
+  double cell_size_m = 0;   ///< as it was downsampled
   bool is_thinned = false;  ///< coarser than configured: it has more cells than the voxel table
   std::uint32_t iterations = 0;
   std::uint32_t correspondences = 0;
@@ -94,7 +94,7 @@ class MapRun {
   [[nodiscard]] std::uint32_t archive_failures() const {
     return archive_write_failures_ + mapper_->counters().archive_failures;
   }
-  /// Scans of more cells than the voxel table has, so thinned out coarser, and the largest cell used for one.
+  /// Scans of more cells than the voxel table has, so downsampled coarser, and the largest cell used for one.
   [[nodiscard]] std::size_t thinned_scans() const { return thinned_scans_; }
   [[nodiscard]] double coarsest_cell_m() const { return coarsest_cell_m_; }
   [[nodiscard]] double read_wait_s() const { return read_wait_s_; }  ///< the mapper waited for the reader

@@ -106,7 +106,7 @@ OptimizeOutcome run_elch(const OptimizeTask& task) {
   OptimizeOutcome outcome;
   outcome.was_stopped = result.was_stopped;
   outcome.details = {{"chi_squared_odometry", result.chi_squared_odometry},
-                     {"sharing", task.options.elch.rule == SharingRule::trails ? "trails" : "paper"},
+                     {"sharing", task.options.elch.rule == CorrectionRule::trails ? "trails" : "paper"},
                      {"loops", result.loops},
                      {"parallel_edges", result.parallel}};
   outcome.sentence =
@@ -114,7 +114,7 @@ OptimizeOutcome run_elch(const OptimizeTask& task) {
   if (result.chi_squared > result.chi_squared_odometry) {
     outcome.sentence += fmt::format(
         "\nThe loops made it worse: so many of them bend each other. Try --sharing {}, or --with gn.",
-        task.options.elch.rule == SharingRule::trails ? "paper" : "trails");
+        task.options.elch.rule == CorrectionRule::trails ? "paper" : "trails");
   }
   if (result.parallel > 0)
     outcome.sentence += fmt::format("; {} edges beside another left out", result.parallel);
@@ -309,9 +309,10 @@ void add_optimize_command(CLI::App& alces) {
       ->capture_default_str();
   add_lum_options(*verb, options->lum);
   verb->add_option("--sharing", options->elch.rule, "how elch shares a loop's offset out")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, SharingRule>{{"trails", SharingRule::trails},
-                                                                             {"paper", SharingRule::paper}})
-                      .description("{trails|paper}"))
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, CorrectionRule>{{"trails", CorrectionRule::trails},
+                                                                        {"paper", CorrectionRule::paper}})
+              .description("{trails|paper}"))
       ->default_str("trails");
   verb->add_flag("--json", options->json, "for machines");
   verb->callback([options, verb] { optimize(*verb, *options); });

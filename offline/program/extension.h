@@ -1,4 +1,5 @@
-// Verbs of parts that are not always built (experiments/): they add themselves before main, main adds their verbs.
+// Verbs of parts that are not always built (experiments/): they add themselves before main, main adds their
+// verbs.
 #pragma once
 
 #include <CLI/CLI.hpp>

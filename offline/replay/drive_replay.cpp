@@ -73,9 +73,9 @@ DriveReplay::DriveReplay(const std::filesystem::path& drive, const DriveReplayOp
   scanner_ = Scanner::create(block_->bytes(), settings_.scanner, {wires_.get(), {wires_.get(), wires_.get()}},
                              *this, *this, status);
   if (scanner_ == nullptr) {
-    const char* wrong = problem(settings_.scanner);
-    throw InputError(
-        drive, fmt::format("its configuration cannot be used: {}", wrong != nullptr ? wrong : text(status)));
+    const char* wrong = validate(settings_.scanner);
+    throw InputError(drive, fmt::format("its configuration cannot be used: {}",
+                                        wrong != nullptr ? wrong : to_string(status)));
   }
   scanner_->observe_profiles(options.profiles);
   scanner_->start();
@@ -254,7 +254,7 @@ void DriveReplay::sample_counters(std::int64_t stamp_ns) {
 std::string DriveReplay::counters_csv() const {
   std::vector<std::string> names;
   scanner_->visit_counters([&names](ScannerPart part, const char* name, std::uint64_t) {
-    names.push_back(fmt::format("{}.{}", text(part), name));
+    names.push_back(fmt::format("{}.{}", to_string(part), name));
   });
   const auto counts_something = [this](std::size_t counter) {
     return !counter_samples_.empty() && counter_samples_.back().values[counter] != 0;
@@ -282,7 +282,7 @@ nlohmann::json DriveReplay::report() const {
                    {"dropped_on_the_vehicle", dropped_again_}};
   json["deskew"] = settings_.scanner.assembler.deskew;
   scanner_->visit_counters([&](ScannerPart part, const char* name, std::uint64_t value) {
-    json["counters"][text(part)][name] = value;
+    json["counters"][to_string(part)][name] = value;
   });
   json["notices"] = nlohmann::json::array();
   for (const auto& [what, said] : notices_) {
@@ -290,7 +290,7 @@ nlohmann::json DriveReplay::report() const {
     for (const std::int64_t stamp_ns : said.stamps_ns) at_s.push_back(seconds(stamp_ns - begin_ns_));
     json["notices"].push_back({{"source", what.first},
                                {"text", what.second},
-                               {"severity", text(said.severity)},
+                               {"severity", to_string(said.severity)},
                                {"value", said.has_value ? nlohmann::json(said.value) : nlohmann::json()},
                                {"times", said.times},
                                {"first_s", seconds(said.first_stamp_ns - begin_ns_)},

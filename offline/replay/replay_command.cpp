@@ -52,9 +52,10 @@ Exit status: 0 done, 2 usage, 3 unreadable or invalid input, 4 a capacity reache
 
 void replay_drive(const ReplayOptions& options) {
   if (is_ros_bag(options.drive))
-    throw InputError(options.drive, fmt::format("is a bag of ROS, whose scans no drivers are needed for: 'alces map {} "
-                                                "--out {}' maps it",
-                                                options.drive, options.out));
+    throw InputError(options.drive,
+                     fmt::format("is a bag of ROS, whose scans no drivers are needed for: 'alces map {} "
+                                 "--out {}' maps it",
+                                 options.drive, options.out));
   DriveReplayOptions replay_options;
   if (!options.config.empty()) replay_options.config = options.config;
   replay_options.deskew = !options.no_deskew;

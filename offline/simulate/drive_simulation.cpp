@@ -150,7 +150,7 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
   MemoryBlock recorder_block(RecordingWriter::memory_required(config));
   RecordingStatus recording_status = RecordingStatus::ok;
   host.recorder = RecordingWriter::create(recorder_block.bytes(), config, file, nullptr, recording_status);
-  if (host.recorder == nullptr) throw Error(text(recording_status), 1);
+  if (host.recorder == nullptr) throw Error(to_string(recording_status), 1);
 
   MemoryBlock scanner_block(Scanner::memory_required(settings.vehicle.scanner));
   AssemblerStatus status = AssemblerStatus::ok;
@@ -159,9 +159,9 @@ DriveSimulationResult simulate_drive(const DriveSimulationSettings& settings,
                       {&rig.can_port(), {&rig.byte_port(laser_a_channel), &rig.byte_port(laser_b_channel)}},
                       host, host, status);
   if (host.scanner == nullptr) {
-    const char* wrong = problem(settings.vehicle.scanner);
+    const char* wrong = validate(settings.vehicle.scanner);
     throw UsageError(fmt::format("the vehicle's configuration cannot be used: {}",
-                                 wrong != nullptr ? wrong : text(status)));
+                                 wrong != nullptr ? wrong : to_string(status)));
   }
 
   (void)rig.byte_port(gps_channel).set_baud_rate(settings.vehicle.gps_baud);

@@ -58,7 +58,7 @@ void Console::raise(const Notice& notice) {
   std::array<char, line_bytes> line{};
   const int count =
       std::snprintf(line.data(), line.size(), "%s%s%s: %s: %s%s\n", is_line_open_ ? clear_line.data() : "",
-                    when.data(), text(notice.severity), notice.source, notice.text, value.data());
+                    when.data(), to_string(notice.severity), notice.source, notice.text, value.data());
   is_line_open_ = false;
   if (count > 0) write({line.data(), std::min(static_cast<std::size_t>(count), line.size() - 1)});
 }

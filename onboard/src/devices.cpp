@@ -120,7 +120,7 @@ BusHealth Devices::bus() const {
   if (!can_) return {};
   const CanBus::Counters& bus = can_->bus().counters();
   const SocketCan::Counters& socket = can_->counters();
-  return {can_name_.c_str(), text(can_->bus().state()), bus.frames,
+  return {can_name_.c_str(), to_string(can_->bus().state()), bus.frames,
           bus.error_frames + socket.receive_overflows + socket.send_refused};
 }
 

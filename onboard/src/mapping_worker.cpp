@@ -184,12 +184,12 @@ bool MappingWorker::map(const ScanSlot& slot, MapResult& result) {
   if (result.status == Status::archive_write_failed) return false;
   is_map_full_ = ends_map(result.status);
   if (result.status != Status::ok && result.status != Status::no_voxel_capacity) {
-    result.scan.verdict = text(result.status);
+    result.scan.verdict = to_string(result.status);
     return true;
   }
   result.scan.was_mapped = true;
   result.scan.verdict = result.report.is_predicted ? "mapped where the motion so far puts it"
-                        : result.status == Status::no_voxel_capacity ? "mapped, thinned out coarser"
+                        : result.status == Status::no_voxel_capacity ? "mapped, downsampled coarser"
                                                                      : "mapped";
   result.scan.map_index = result.report.scan;
   result.scan.points_reduced = result.report.points.kept;
@@ -224,7 +224,7 @@ void MappingWorker::publish_place(MapResult& result) {
   if (page_ == nullptr) return;
   if (result.has_loop) page_->publish_loop(result.loop, last_scan_.reference_stamp_ns, now_ns);
   page_->publish_pose({last_scan_.reference_stamp_ns, result.map_from_body, last_scan_.has_odometry,
-                       last_scan_.odometry_from_body, mapper_->spread(newest)},
+                       last_scan_.odometry_from_body, mapper_->pose_uncertainty(newest)},
                       now_ns);
 }
 

@@ -2,7 +2,7 @@
 
 namespace alces::onboard {
 
-const char* text(StopStage stage) {
+const char* to_string(StopStage stage) {
   switch (stage) {
     case StopStage::running:
       return "running";
@@ -48,7 +48,7 @@ StopStage OrderlyStop::update(std::int64_t now_ns, std::uint64_t requests, bool 
       }
       if (!pipeline_.is_motor_confirmed()) {
         const MotorReason reason = MotorReason::stop_not_confirmed;
-        pipeline_.raise({now_ns, Severity::error, "alcesd", text(reason)});
+        pipeline_.raise({now_ns, Severity::error, "alcesd", to_string(reason)});
       }
       pipeline_.end_events();
       enter(StopStage::finishing_map, now_ns);

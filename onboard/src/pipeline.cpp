@@ -43,7 +43,7 @@ LoopRecord record_of(const LoopReport& loop, std::int64_t stamp_ns) {
   record.first = loop.first;
   record.last = loop.last;
   record.is_closed = loop.verdict == LoopVerdict::closed;
-  record.verdict = text(loop.verdict);
+  record.verdict = to_string(loop.verdict);
   record.distance_m = loop.distance_m;
   record.overlap = loop.overlap;
   record.rms_m = loop.rms_m;
@@ -165,39 +165,39 @@ PipelineMemory Pipeline::memory_required(const PipelineConfig& config) {
   return memory;
 }
 
-Pipeline::Pipeline(const PipelineConfig& config, const Surroundings& surroundings)
+Pipeline::Pipeline(const PipelineConfig& config, const Dependencies& dependencies)
     : config_(config),
-      listener_(surroundings.listener),
-      page_(surroundings.page),
+      listener_(dependencies.listener),
+      page_(dependencies.page),
       capacity_notices_(*this, "mapper") {
-  if (config.records && surroundings.recording != nullptr) {
+  if (config.records && dependencies.recording != nullptr) {
     recorder_block_.emplace(RecordingWriter::memory_required(config.recording));
     RecordingStatus status = RecordingStatus::ok;
-    recorder_ = RecordingWriter::create(recorder_block_->bytes(), config.recording, *surroundings.recording,
+    recorder_ = RecordingWriter::create(recorder_block_->bytes(), config.recording, *dependencies.recording,
                                         this, status);
     if (recorder_ == nullptr)
-      throw Error(ExitStatus::configuration, std::string("recording: ") + text(status));
+      throw Error(ExitStatus::configuration, std::string("recording: ") + to_string(status));
     is_recording_ = true;
   }
   if (config.maps) {
     if (config.mapping.scan_slots == 0)
       throw Error(ExitStatus::configuration, "there must be a slot for a scan that waits for the mapper");
-    worker_ = std::make_unique<MappingWorker>(worker_config(config), surroundings.archive, surroundings.clock,
-                                              surroundings.page);
+    worker_ = std::make_unique<MappingWorker>(worker_config(config), dependencies.archive, dependencies.clock,
+                                              dependencies.page);
     if (worker_->status() != Status::ok)
       throw Error(ExitStatus::configuration,
-                  std::string("the mapper does not take these settings: ") + text(worker_->status()));
+                  std::string("the mapper does not take these settings: ") + to_string(worker_->status()));
   } else {
     is_mapping_finished_ = true;
   }
   scanner_block_.emplace(Scanner::memory_required(config.scanner));
   AssemblerStatus status = AssemblerStatus::ok;
   scanner_ =
-      Scanner::create(scanner_block_->bytes(), config.scanner, surroundings.ports, *this, *this, status);
+      Scanner::create(scanner_block_->bytes(), config.scanner, dependencies.ports, *this, *this, status);
   if (scanner_ == nullptr) {
-    const char* const wrong = problem(config.scanner);
+    const char* const wrong = validate(config.scanner);
     throw Error(ExitStatus::configuration, std::string("the scanner does not take these settings: ") +
-                                               (wrong != nullptr ? wrong : text(status)));
+                                               (wrong != nullptr ? wrong : to_string(status)));
   }
 }
 
@@ -318,7 +318,7 @@ void Pipeline::on_result(const MapResult& result) {
     if (result.status == Status::no_voxel_capacity) {
       ++counters_.scans_thinned;
       say(NoticeKind::thinned,
-          "a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm",
+          "a scan has more cells than voxel.cell_capacity and is downsampled coarser; its cell in mm",
           static_cast<std::uint64_t>(
               std::lround(1000.0 * static_cast<double>(result.report.points.cell_size_m))));
     }
@@ -362,7 +362,7 @@ void Pipeline::on_result(const MapResult& result) {
   if (result.has_path) worker_->take_path();
   if (result.is_map_full && !is_map_full_) {
     is_map_full_ = true;
-    raise({now_ns_, Severity::error, "mapper", text(result.status)});
+    raise({now_ns_, Severity::error, "mapper", to_string(result.status)});
     raise({now_ns_, Severity::error, "mapper",
            "the map is full and ends here; recording goes on, and alces replay can map all of it. Scans in "
            "the map",
@@ -454,7 +454,7 @@ void Pipeline::record_counters() {
   recorder_->write_counters(now_ns_, "pipeline", counters_);
   for (std::uint8_t part = 0; part < static_cast<std::uint8_t>(ScannerPart::count); ++part) {
     const auto which = static_cast<ScannerPart>(part);
-    recorder_->write_counters(now_ns_, text(which), PartCounters{*scanner_, which});
+    recorder_->write_counters(now_ns_, to_string(which), PartCounters{*scanner_, which});
   }
   if (worker_) recorder_->write_counters(now_ns_, "map", FigureCounters{figures_, health_, pose_age_ns()});
   recorder_->write_counters(now_ns_, "recording", recorder_->counters());
@@ -496,7 +496,7 @@ bool Pipeline::finish_recording() {
 
 StatusReport Pipeline::status() const {
   StatusReport report;
-  report.phase = text(scanner_->phase());
+  report.phase = to_string(scanner_->phase());
   report.reason = scanner_->reason();
   report.is_scanning = scanner_->phase() == ScannerPhase::scanning;
   report.scans = counters_.scans;

@@ -114,7 +114,7 @@ void check_machine(const VehicleSettings& settings, const Options& options) {
 
 Plan make_plan(const VehicleSettings& settings, const Options& options) {
   check_machine(settings, options);
-  if (const char* const wrong = problem(settings.scanner); wrong != nullptr)
+  if (const char* const wrong = validate(settings.scanner); wrong != nullptr)
     throw Error(ExitStatus::configuration, fmt::format("{}: {}", options.config.string(), wrong));
   if (settings.scan_slots == 0)
     throw Error(ExitStatus::configuration,

@@ -168,7 +168,7 @@ class Program {
       if (const auto notice = file_sync_.news(now)) pipeline_->raise(*notice);
       const StopStage next = stop.update(now, loop_.stop_requests(), devices_->is_idle());
       if (next != stage && next != StopStage::running)
-        watchdog_.stopping(is_motor_left(next, stop) ? motor_left_status : text(next));
+        watchdog_.stopping(is_motor_left(next, stop) ? motor_left_status : to_string(next));
       stage = next;
       if (now - shown_ns_ >= ns_per_s) show_status(now, stage == StopStage::running);
     }
@@ -183,7 +183,7 @@ class Program {
         !archive_.open(settings_.archive.c_str(), plan_.pipeline.mapping.mapper.scan_capacity)) {
       throw Error(
           ExitStatus::device,
-          fmt::format("{}: {}{}", settings_.archive, text(archive_.problem()),
+          fmt::format("{}: {}{}", settings_.archive, to_string(archive_.problem()),
                       archive_.error_number() != 0 ? " (" + reason_of(archive_.error_number()) + ")" : ""));
     }
     if (!settings_.page.path.empty()) {
@@ -208,7 +208,7 @@ class Program {
     const std::int64_t now = now_ns();
     config.recording.begin_stamp_ns = now;
     config.recording.utc_offset_ns = system_clocks.realtime_ns() - now;
-    Pipeline::Surroundings around;
+    Pipeline::Dependencies around;
     around.ports = devices_->ports();
     around.page = page_ ? &*page_ : nullptr;
     around.recording = plan_.pipeline.records ? &file_ring_ : nullptr;
@@ -307,8 +307,8 @@ class Program {
   [[nodiscard]] std::string motor_left_sentence() const {
     const Motor& motor = pipeline_->scanner().motor();
     const cia402::State known = motor.last_drive_state();
-    return fmt::format("THE HEAD MAY TURN: {} (it said last: {})", text(MotorReason::stop_not_confirmed),
-                       known == cia402::State::unknown ? "nothing" : cia402::text(known));
+    return fmt::format("THE HEAD MAY TURN: {} (it said last: {})", to_string(MotorReason::stop_not_confirmed),
+                       known == cia402::State::unknown ? "nothing" : cia402::to_string(known));
   }
 
   void print_summary() const {
@@ -322,7 +322,7 @@ class Program {
     Summary summary;
     summary.add_all("pipeline", counters);
     pipeline_->scanner().visit_counters([&](ScannerPart part, const char* name, std::uint64_t value) {
-      summary.add(text(part), name, value);
+      summary.add(to_string(part), name, value);
     });
     devices_->visit_counters(
         [&](const char* device, const char* name, std::uint64_t value) { summary.add(device, name, value); });
@@ -334,14 +334,14 @@ class Program {
       summary.add_all("recording's disk", file_sync_.counters());
     }
     if (!pipeline_->was_mapper_left() && archive_.problem() != ScanFileProblem::none)
-      fmt::print(stderr, "alcesd: {}: {}\n", settings_.archive, text(archive_.problem()));
+      fmt::print(stderr, "alcesd: {}: {}\n", settings_.archive, to_string(archive_.problem()));
     summary.add("console", "lines_lost", console_.lines_lost());
     summary.print(stderr);
   }
 
   void print_verdict() const {
     const MapHealth& health = pipeline_->health();
-    std::string line = fmt::format("the map is {}: {}", text(health.verdict), text(health.doubt));
+    std::string line = fmt::format("the map is {}: {}", to_string(health.verdict), to_string(health.doubt));
     if (health.verdict != MapVerdict::good) {
       if (health.parts > 1) line += fmt::format("; {} parts", health.parts);
       for (std::uint32_t i = 0; i < health.weakest_count; ++i)

@@ -70,8 +70,8 @@ std::string_view format(const StatusReport& report, std::span<char> room) {
     if (report.has_pose) {
       const MapHealth& health = report.health;
       line.add(" | %s %s", health.verdict == MapVerdict::bad ? "MAP" : "map",
-               health.verdict == MapVerdict::bad ? "BAD" : text(health.verdict));
-      if (health.verdict != MapVerdict::good) line.add(": %s", text(health.doubt));
+               health.verdict == MapVerdict::bad ? "BAD" : to_string(health.verdict));
+      if (health.verdict != MapVerdict::good) line.add(": %s", to_string(health.doubt));
       if (health.parts > 1) line.add(", %u parts", health.parts);
       if (health.on_odometry > 0) line.add(", %u steps on odometry", health.on_odometry);
     }

@@ -50,7 +50,8 @@ std::vector<DefinedField> fields_of(std::string_view definition, std::string_vie
     if (const std::size_t bracket = field.type.find('['); bracket != std::string::npos) {
       const std::string inside = field.type.substr(bracket + 1, field.type.size() - bracket - 2);
       field.is_sequence = inside.empty();
-      field.length = inside.empty() || inside.size() > 6 ? 0 : static_cast<std::size_t>(std::atoi(inside.c_str()));
+      field.length =
+          inside.empty() || inside.size() > 6 ? 0 : static_cast<std::size_t>(std::atoi(inside.c_str()));
       field.type.resize(bracket);
     }
     fields.push_back(field);
@@ -95,8 +96,10 @@ void copy_number(MessageCursor& message, std::uint8_t type, std::vector<std::uin
 
 /// As both of Livox's drivers have it.
 constexpr const char* livox_definition =
-    "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\nCustomPoint[] points\n"
-    "====\nMSG: livox/CustomPoint\nuint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\n"
+    "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\nCustomPoint[] "
+    "points\n"
+    "====\nMSG: livox/CustomPoint\nuint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 "
+    "reflectivity\nuint8 tag\n"
     "uint8 line\n";
 
 std::optional<PointCloud2> read_livox(const Channel& channel, MessageCursor message,
@@ -132,7 +135,8 @@ std::optional<PointCloud2> read_livox(const Channel& channel, MessageCursor mess
       const std::uint8_t type = field_type(field.type);
       if (type == 0 || field.is_sequence) return std::nullopt;
       std::vector<std::uint8_t> passed_over;
-      for (std::size_t i = 0; i < field.length && !message.failed(); ++i) copy_number(message, type, passed_over);
+      for (std::size_t i = 0; i < field.length && !message.failed(); ++i)
+        copy_number(message, type, passed_over);
     }
   }
   if (message.failed()) return std::nullopt;
@@ -155,7 +159,8 @@ std::optional<PointCloud2> read_profile(MessageCursor message, std::vector<std::
   room.clear();
   for (std::size_t i = 0; i < scan->ranges_m.size(); ++i) {
     const float range_m = scan->ranges_m[i];
-    const bool is_in_range = range_m >= scan->range_min_m && (range_m <= scan->range_max_m || scan->range_max_m <= 0);
+    const bool is_in_range =
+        range_m >= scan->range_min_m && (range_m <= scan->range_max_m || scan->range_max_m <= 0);
     const float length_m = is_in_range ? range_m : std::numeric_limits<float>::quiet_NaN();
     const double angle_rad = static_cast<double>(scan->angle_min_rad) +
                              static_cast<double>(scan->angle_increment_rad) * static_cast<double>(i);

@@ -272,7 +272,7 @@ class MotorCheck {
       write(watched, {canopen::heartbeat_consumer_index, 1}, 4, "the drive cannot watch this computer");
     if (has_watchdog) return;  // what it does is its maker's affair
     if (motor_.own_heartbeat_timeout_ms == 0) {
-      find(false, watched, fmt::format("is 0: {}", text(MasterLossReaction::none)));
+      find(false, watched, fmt::format("is 0: {}", to_string(MasterLossReaction::none)));
       return;
     }
     const ObjectAddress option{of_axis(cia402::abort_connection_option_index, motor_.axis), 0};
@@ -283,7 +283,7 @@ class MotorCheck {
       find(false, place,
            fmt::format("the drive has no {}{}: {}", named(option),
                        has_nmt_state ? ", only 0x1029, whose NMT state stops no shaft" : "",
-                       text(MasterLossReaction::none)));
+                       to_string(MasterLossReaction::none)));
       return;
     }
     if (motor_.sets_master_loss_reaction && may_be_written(*object)) return;
@@ -292,7 +292,7 @@ class MotorCheck {
       find(false, place,
            fmt::format("{} is {} and {}: {}", named(option), code,
                        motor_.sets_master_loss_reaction ? "cannot be written" : "is left so",
-                       text(MasterLossReaction::none)),
+                       to_string(MasterLossReaction::none)),
            object);
   }
 

@@ -20,7 +20,7 @@ bool fits_classical_frame(const CanFrame& frame) {
 
 }  // namespace
 
-const char* text(RecordingStatus status) {
+const char* to_string(RecordingStatus status) {
   switch (status) {
     case RecordingStatus::ok:
       return "ok";
@@ -168,9 +168,9 @@ bool RecordingWriter::finish() {
 
 /// The time at which this is handed on: that of the last tick, or later by what newer stamps say.
 void RecordingWriter::advance(const Event& event) {
-  const bool is_believed = is_sane_stamp(event.stamp_ns) && (!has_now_ || event.kind == EventKind::tick ||
+  const bool is_verified = is_sane_stamp(event.stamp_ns) && (!has_now_ || event.kind == EventKind::tick ||
                                                              event.stamp_ns - now_ns_ <= longest_lead_ns);
-  advance_to(is_believed ? event.stamp_ns : now_ns_);
+  advance_to(is_verified ? event.stamp_ns : now_ns_);
 }
 
 void RecordingWriter::advance_to(std::int64_t now_ns) {
@@ -361,7 +361,7 @@ void RecordingWriter::write_path(const PathRecord& path) {
   while (count / step * pose_bytes > room) step *= 2;
   if (step > 1) {
     ++counters_.paths_thinned;
-    say(NoticeKind::thinned, "the path is longer than a chunk and is thinned out; poses of it", count);
+    say(NoticeKind::thinned, "the path is longer than a chunk and is downsampled; poses of it", count);
   }
   put(Topic::path, path.stamp_ns, [&](CdrWriter& cdr) {
     cdr.header(path.stamp_ns, "map");

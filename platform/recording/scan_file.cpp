@@ -19,7 +19,7 @@ constexpr std::string_view first_line = "alces scan archive 1\n";
 
 }  // namespace
 
-const char* text(ScanFileProblem problem) {
+const char* to_string(ScanFileProblem problem) {
   switch (problem) {
     case ScanFileProblem::none:
       return "none";

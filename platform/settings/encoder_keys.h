@@ -64,7 +64,7 @@ void visit_encoder(Config& scanner, Visitor& visit) {
   visit.flag("wait_for_index", encoder.wait_for_index,
              "answer after the pulse that ends the turn: sharper when the counts creep; see maximum_wait_ms");
   duration_ms(visit, "node_interval_ms", encoder.node_interval_ns, 0, 60000,
-              "counts that come faster are thinned out");
+              "counts that come faster are downsampled");
   duration_ms(visit, "maximum_gap_ms", encoder.maximum_gap_ns, 0, an_hour_ms,
               "between counts; a longer one is bridged by pulses only");
   duration_ms(visit, "maximum_wait_ms", encoder.maximum_wait_ns, 0, an_hour_ms,

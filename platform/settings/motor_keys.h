@@ -70,7 +70,7 @@ struct VisitPdo {
       visit.flag("keeps_transmission_type", pdo.keeps_transmission_type, "");
     if (visit.wants("event_timer_ms", pdo.event_timer_ms != 0))
       visit.number("event_timer_ms", pdo.event_timer_ms, 0, 65535, "");
-    fixed_table(visit, "entries", pdo.entries, VisitPdoEntry{}, "");
+    static_vector(visit, "entries", pdo.entries, VisitPdoEntry{}, "");
   }
 };
 
@@ -99,26 +99,28 @@ void visit_motor(Config& motor, Visitor& visit) {
       "reset", motor.reset,
       {{"none", MotorReset::none}, {"communication", MotorReset::communication}, {"node", MotorReset::node}},
       "how a bring-up begins: none, communication (0x1000 to 0x1FFF), node (everything)");
-  fixed_table(visit, "checks", motor.checks, VisitObjectCheck{},
-              "Objects that must read so, in the bits of `mask` (all when left out): is it the right drive?");
-  fixed_table(visit, "writes", motor.writes, VisitObjectWrite{},
-              "Written in this order, before the PDOs. `bytes`: 1 to 4, the object's size. 0x6060 is written "
-              "anyway.");
+  static_vector(
+      visit, "checks", motor.checks, VisitObjectCheck{},
+      "Objects that must read so, in the bits of `mask` (all when left out): is it the right drive?");
+  static_vector(
+      visit, "writes", motor.writes, VisitObjectWrite{},
+      "Written in this order, before the PDOs. `bytes`: 1 to 4, the object's size. 0x6060 is written "
+      "anyway.");
   if (visit.wants("watchdog_writes", motor.watchdog_writes.size() > 0))
-    fixed_table(visit, "watchdog_writes", motor.watchdog_writes, VisitObjectWrite{},
-                "The maker's own watchdog, by which the drive stops when nobody commands it.");
-  fixed_table(
+    static_vector(visit, "watchdog_writes", motor.watchdog_writes, VisitObjectWrite{},
+                  "The maker's own watchdog, by which the drive stops when nobody commands it.");
+  static_vector(
       visit, "tpdos", motor.tpdos, VisitPdo{},
       "From the drive. All together they must hold statusword 0x6041, position 0x6064, velocity 0x606C.\n"
       "transmission_type 1: on every SYNC; 254, 255: when it likes, then with event_timer_ms.\n"
       "cob_id: left out for those of the predefined set. forbids_remote_frames: some drives insist.\n"
       "keeps_mapping, keeps_transmission_type: the drive has it fixed; `entries` only say what it is.");
-  fixed_table(
+  static_vector(
       visit, "rpdos", motor.rpdos, VisitPdo{},
       "To the drive: controlword 0x6040 and target velocity 0x60FF, and 0x6060 where that is wished.");
-  fixed_table(visit, "tpdos_to_disable", motor.tpdos_to_disable, VisitPdoIdentity{},
-              "Those that the drive would send by itself.");
-  fixed_table(visit, "rpdos_to_disable", motor.rpdos_to_disable, VisitPdoIdentity{}, "");
+  static_vector(visit, "tpdos_to_disable", motor.tpdos_to_disable, VisitPdoIdentity{},
+                "Those that the drive would send by itself.");
+  static_vector(visit, "rpdos_to_disable", motor.rpdos_to_disable, VisitPdoIdentity{}, "");
   if (visit.wants("writes_mode", !motor.writes_mode))
     visit.flag("writes_mode", motor.writes_mode, "false: 0x6060 is left as it is");
   visit.flag("verifies_mode", motor.verifies_mode, "0x6061 must show profile velocity");
@@ -138,7 +140,7 @@ void visit_motor(Config& motor, Visitor& visit) {
   visit.number("heartbeat_period_ms", motor.heartbeat_period_ms, 0, 65535,
                "of the drive (0x1017); 0: left as it is");
   duration_ms(visit, "heartbeat_timeout_ms", motor.heartbeat_timeout_ns, 0, 600000, "0: not watched");
-  duration_ms(visit, "sdo_answer_timeout_ms", motor.sdo.answer_timeout_ns, 1, 60000, "");
+  duration_ms(visit, "sdo_answer_timeout_ms", motor.sdo.response_timeout_ns, 1, 60000, "");
   visit.number("sdo_retry_limit", motor.sdo.retry_limit, 0, 255, "transfers after the first");
   duration_ms(visit, "pdo_timeout_ms", motor.pdo_timeout_ns, 0, 600000,
               "without a PDO with the position; 0: not watched");

@@ -81,9 +81,9 @@ void placement(Visitor& visit, AnyPose& pose) {
   }
 }
 
-/// A FixedTable as a list of rows.
+/// A StaticVector as a list of rows.
 template <typename Visitor, typename Table, typename VisitRow>
-void fixed_table(Visitor& visit, const char* key, Table& table, VisitRow visit_row, const char* comment) {
+void static_vector(Visitor& visit, const char* key, Table& table, VisitRow visit_row, const char* comment) {
   using Row = std::remove_cvref_t<decltype(table[0])>;
   std::vector<Row> rows(table.begin(), table.end());
   visit.rows(key, rows, std::remove_const_t<Table>::capacity, visit_row, comment);

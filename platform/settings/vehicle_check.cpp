@@ -85,7 +85,7 @@ void check_laser(const VehicleSettings& vehicle, std::size_t number, const TomlR
   const ScannerConfig& scanner = vehicle.scanner;
   const char* const table = laser_tables[number];
   const bool is_lms2xx = scanner.laser_makes[number] == LaserMake::lms2xx;
-  refuse(reader, table, is_lms2xx ? problem(scanner.lms2xx[number]) : problem(scanner.cola_b[number]));
+  refuse(reader, table, is_lms2xx ? validate(scanner.lms2xx[number]) : validate(scanner.cola_b[number]));
 
   const LaserLine& line = vehicle.laser_lines[number];
   reader.require(!(line.is_tcp ? line.host : line.device).empty(), table, line.is_tcp ? "host" : "device",
@@ -120,23 +120,23 @@ void check_vehicle(const VehicleSettings& vehicle, const TomlReader& reader) {
     check_motor_times(scanner.motor, reader);
     check_permit(vehicle, reader);
   }
-  if (scanner.has_motor && check(scanner.motor) != MotorConfigStatus::ok)
-    refuse(reader, "motor", text(check(scanner.motor)));
+  if (scanner.has_motor && validate(scanner.motor) != MotorConfigStatus::ok)
+    refuse(reader, "motor", to_string(validate(scanner.motor)));
   check_encoder_lines(vehicle, reader);
-  refuse(reader, "encoder", problem(scanner.encoder));
+  refuse(reader, "encoder", validate(scanner.encoder));
   reader.require(scanner.has_motor || scanner.encoder.shape != AngleShape::drive, "encoder", "shape",
                  "encoder.shape is \"drive\", but scanner.has_motor is false");
   for (std::uint32_t laser = 0; laser < scanner.assembler.laser_count; ++laser)
     check_laser(vehicle, laser, reader);
   check_serial_lines(vehicle, reader);
-  if (scanner.has_odometry) refuse(reader, "odometry", problem(scanner.odometry));
-  if (scanner.has_gps) refuse(reader, "gps", problem(scanner.gps));
-  refuse(reader, "assembler", problem(scanner.assembler));
+  if (scanner.has_odometry) refuse(reader, "odometry", validate(scanner.odometry));
+  if (scanner.has_gps) refuse(reader, "gps", validate(scanner.gps));
+  refuse(reader, "assembler", validate(scanner.assembler));
   reader.require(scanner.assembler.expected_profiles == 0 ||
                      scanner.assembler.minimum_profiles <= scanner.assembler.expected_profiles,
                  "assembler", "minimum_profiles",
                  "assembler.minimum_profiles is larger than assembler.expected_profiles");
-  refuse(reader, "scanner", problem(scanner));
+  refuse(reader, "scanner", validate(scanner));
   check_mapper(vehicle.mapper, reader);
 }
 

@@ -72,7 +72,7 @@ const char* name(Fault fault) {
   return "unknown";
 }
 
-const char* text(Fault fault) {
+const char* to_string(Fault fault) {
   switch (fault) {
     case Fault::node_absent:
       return "node absent";

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
   const settings::MemoryBlock block(plan.block_bytes);
   Status status = Status::ok;
   Mapper* const mapper = Mapper::create(block.bytes(), config, status);
-  if (mapper == nullptr) return std::fprintf(stderr, "%s\n", text(status)), 1;
+  if (mapper == nullptr) return std::fprintf(stderr, "%s\n", to_string(status)), 1;
 
   std::vector<Point> points;
   for (std::size_t i = 0; i < drive.size(); ++i) {
@@ -44,15 +44,15 @@ int main(int argc, char** argv) {
     mark(1);
     status = mapper->add_scan(points, &drive.odometry(i), report);
     mark(0);
-    if (status != Status::ok) return std::fprintf(stderr, "scan %zu: %s\n", i, text(status)), 1;
+    if (status != Status::ok) return std::fprintf(stderr, "scan %zu: %s\n", i, to_string(status)), 1;
     if (report.loop_offered)
-      std::printf("loop %u-%u: %s\n", report.loop.first, report.loop.last, text(report.loop.verdict));
+      std::printf("loop %u-%u: %s\n", report.loop.first, report.loop.last, to_string(report.loop.verdict));
   }
   LoopReport loop;
   mark(1);
   const bool is_offered = mapper->finish(loop);
   mark(0);
-  if (is_offered) std::printf("loop %u-%u: %s\n", loop.first, loop.last, text(loop.verdict));
+  if (is_offered) std::printf("loop %u-%u: %s\n", loop.first, loop.last, to_string(loop.verdict));
   const Mapper::Counters& counters = mapper->counters();
   std::printf("%zu scans, %llu points a scan, %llu of them kept; %u loops closed\n", drive.size(),
               static_cast<unsigned long long>(counters.points_in / drive.size()),

@@ -32,7 +32,7 @@ CanFrame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
 struct SdoBench {
   FakeCanPort port;
   FakeNode node{1};
-  SdoClient sdo{1, {.answer_timeout_ns = 100 * ns_per_ms, .retry_limit = 2}, port};
+  SdoClient sdo{1, {.response_timeout_ns = 100 * ns_per_ms, .retry_limit = 2}, port};
   std::int64_t now_ns = 0;
 
   void exchange(int rounds = 200) {
@@ -52,7 +52,7 @@ struct SdoBench {
 TEST_CASE("every COB-ID of the predefined set is told apart, and back") {
   for (std::uint8_t node = first_node; node <= last_node; ++node) {
     CHECK(origin_of(emcy_cob_id(node)).service == Service::emcy);
-    CHECK(origin_of(sdo_answer_cob_id(node)).service == Service::sdo_answer);
+    CHECK(origin_of(sdo_response_cob_id(node)).service == Service::sdo_response);
     CHECK(origin_of(sdo_request_cob_id(node)).service == Service::sdo_request);
     CHECK(origin_of(heartbeat_cob_id(node)).service == Service::heartbeat);
     CHECK(origin_of(heartbeat_cob_id(node)).node == node);
@@ -413,7 +413,7 @@ TEST_CASE("SYNC keeps its beat after late ticks and counts from 1 to its overflo
   CHECK_FALSE(sync.on_tick(9 * ns_per_ms, port));
   CHECK(sync.on_tick(12 * ns_per_ms, port));
   CHECK(sync.due_ns() == 20 * ns_per_ms);
-  CHECK(sync.on_tick(57 * ns_per_ms, port));  // beats at 20, 30, 40 and 50 are over
+  CHECK(sync.on_tick(57 * ns_per_ms, port));  // SYNC cycles at 20, 30, 40 and 50 are over
   CHECK(sync.counters().skipped == 3);
   CHECK(sync.due_ns() == 60 * ns_per_ms);
   port.is_full = true;

@@ -40,7 +40,7 @@ TracedDrive traced_drive(const std::vector<CanFrame>& trace) {
     const auto message = decode_sdo(frame);
     if (!message) continue;
     const std::uint32_t value = load(message->bytes(), 4);
-    if (message->kind == SdoKind::upload_answer)
+    if (message->kind == SdoKind::upload_response)
       drive.read.insert({{message->object.index, message->object.subindex}, value});
     if (message->kind == SdoKind::download_request) {
       drive.written.push_back({message->object.index, message->object.subindex, message->size, value});
@@ -70,12 +70,12 @@ TEST_CASE("every frame of the TMCM-1636 trace is understood") {
         request = decode_sdo(frame);
         REQUIRE(request);
         break;
-      case Service::sdo_answer: {
+      case Service::sdo_response: {
         const auto answer = decode_sdo(frame);
         REQUIRE(answer);
         REQUIRE(request);
         CHECK(answer->object == request->object);
-        CHECK((answer->kind == SdoKind::download_answer) == (request->kind == SdoKind::download_request));
+        CHECK((answer->kind == SdoKind::download_response) == (request->kind == SdoKind::download_request));
         ++answered;
         break;
       }

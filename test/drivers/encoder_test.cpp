@@ -143,7 +143,7 @@ struct Run {
   std::vector<Asked> answers;
 
   Run(const EncoderConfig& config, const std::vector<Wire>& wires) {
-    REQUIRE(problem(config) == nullptr);
+    REQUIRE(validate(config) == nullptr);
     encoder = std::make_unique<Encoder>(config, log);
     std::int64_t next_ns = begin_ns;
     for (const Wire& wire : wires) {
@@ -170,19 +170,19 @@ struct Run {
       }
     }
     for (const Asked& asked : answers) {  // what was ok stays what it was
-      if (asked.answer.status != AngleStatus::ok) continue;
+      if (asked.response.status != AngleStatus::ok) continue;
       const AngleAnswer again = encoder->angle_at(asked.stamp_ns);
       if (again.status == AngleStatus::too_old) continue;
       REQUIRE(again.status == AngleStatus::ok);
-      REQUIRE(again.angle_rad == asked.answer.angle_rad);
-      REQUIRE(again.sigma_rad == asked.answer.sigma_rad);
+      REQUIRE(again.angle_rad == asked.response.angle_rad);
+      REQUIRE(again.sigma_rad == asked.response.sigma_rad);
     }
   }
 
   [[nodiscard]] std::size_t ok_count(double from_s = 0, double to_s = 1e9) const {
     return static_cast<std::size_t>(std::ranges::count_if(answers, [&](const Asked& asked) {
       const double t_s = seconds(asked.stamp_ns - begin_ns);
-      return asked.answer.status == AngleStatus::ok && t_s >= from_s && t_s < to_s;
+      return asked.response.status == AngleStatus::ok && t_s >= from_s && t_s < to_s;
     }));
   }
   [[nodiscard]] double ok_share(double from_s, double to_s) const {
@@ -198,11 +198,11 @@ struct Run {
     Errors worst;
     for (const Asked& asked : answers) {
       const double t_s = seconds(asked.stamp_ns - begin_ns);
-      if (asked.answer.status != AngleStatus::ok || t_s < from_s || t_s >= to_s) continue;
+      if (asked.response.status != AngleStatus::ok || t_s < from_s || t_s >= to_s) continue;
       const double error_rad =
-          std::abs(std::remainder(asked.answer.angle_rad - head.truth_rad(asked.stamp_ns), turn_rad));
+          std::abs(std::remainder(asked.response.angle_rad - head.truth_rad(asked.stamp_ns), turn_rad));
       worst.rad = std::max(worst.rad, error_rad);
-      worst.sigmas = std::max(worst.sigmas, error_rad / asked.answer.sigma_rad);
+      worst.sigmas = std::max(worst.sigmas, error_rad / asked.response.sigma_rad);
     }
     return worst;
   }
@@ -251,9 +251,9 @@ TEST_CASE("the angle grows from turn to turn without a step at the index") {
   const Run run(config_for(head), head.wires());
   double before_rad = -1e9;
   for (const Asked& asked : run.answers) {
-    if (asked.answer.status != AngleStatus::ok) continue;
-    CHECK(asked.answer.angle_rad > before_rad);
-    before_rad = asked.answer.angle_rad;
+    if (asked.response.status != AngleStatus::ok) continue;
+    CHECK(asked.response.angle_rad > before_rad);
+    before_rad = asked.response.angle_rad;
   }
   CHECK(before_rad > 11 * turn_rad);
 }
@@ -315,9 +315,9 @@ TEST_CASE("with the drive alone the angle is relative and its uncertainty grows"
   CHECK(run.ok_share(0.1, 29) > 0.99);
   const Asked& first = run.answers[1];
   const Asked& last = run.answers.back();
-  CHECK(last.answer.angle_rad - first.answer.angle_rad ==
+  CHECK(last.response.angle_rad - first.response.angle_rad ==
         Approx(head.truth_rad(last.stamp_ns) - head.truth_rad(first.stamp_ns)).margin(2e-4));
-  CHECK(last.answer.sigma_rad > 10 * first.answer.sigma_rad);
+  CHECK(last.response.sigma_rad > 10 * first.response.sigma_rad);
 }
 
 TEST_CASE("quadrature gives the shape where there is no drive position") {
@@ -511,9 +511,9 @@ TEST_CASE("a drive that is reset in mid-turn costs the angle until the next inde
 
   double before_rad = -1e9;  // and goes on in its direction
   for (const Asked& asked : run.answers) {
-    if (asked.answer.status != AngleStatus::ok) continue;
-    CHECK(asked.answer.angle_rad > before_rad);
-    before_rad = asked.answer.angle_rad;
+    if (asked.response.status != AngleStatus::ok) continue;
+    CHECK(asked.response.angle_rad > before_rad);
+    before_rad = asked.response.angle_rad;
   }
   CHECK(before_rad == Approx(head.truth_rad(run.answers.back().stamp_ns)).margin(1e-3));
 
@@ -749,8 +749,8 @@ TEST_CASE("the same wires give the same bits") {
   const Run two(config_for(head), wires);
   REQUIRE(one.answers.size() == two.answers.size());
   for (std::size_t i = 0; i < one.answers.size(); ++i) {
-    REQUIRE(one.answers[i].answer.angle_rad == two.answers[i].answer.angle_rad);
-    REQUIRE(one.answers[i].answer.sigma_rad == two.answers[i].answer.sigma_rad);
+    REQUIRE(one.answers[i].response.angle_rad == two.answers[i].response.angle_rad);
+    REQUIRE(one.answers[i].response.sigma_rad == two.answers[i].response.sigma_rad);
   }
 }
 
@@ -769,7 +769,7 @@ TEST_CASE("random garbage on every input never gives an answer that is no number
                                    : AngleShape::none;
     config.wait_for_index = seed % 2 == 0;
     config.maximum_wait_ns = 4 * ns_per_s;
-    REQUIRE(problem(config) == nullptr);
+    REQUIRE(validate(config) == nullptr);
     Encoder encoder(config, log);
     std::int64_t now_ns = begin_ns;
     for (int i = 0; i < 20000; ++i) {
@@ -802,8 +802,8 @@ TEST_CASE("random garbage on every input never gives an answer that is no number
 
 TEST_CASE("an impossible encoder configuration is named") {
   EncoderConfig config = config_for(Head{});
-  CHECK(problem(config) == nullptr);
-  const auto is_wrong = [](EncoderConfig wrong) { return problem(wrong) != nullptr; };
+  CHECK(validate(config) == nullptr);
+  const auto is_wrong = [](EncoderConfig wrong) { return validate(wrong) != nullptr; };
   const auto with = [&](auto change) {
     EncoderConfig changed = config;
     change(changed);

@@ -211,7 +211,7 @@ TEST_CASE("the second axis of a node has its objects at 0x6800, and PDOs of its 
     for (std::size_t i = 0; i < pdo->entries.size(); ++i)
       pdo->entries[i].index = static_cast<std::uint16_t>(pdo->entries[i].index + 0x800);
   }
-  REQUIRE(check(config) == MotorConfigStatus::ok);
+  REQUIRE(validate(config) == MotorConfigStatus::ok);
   MotorBench bench(config);
   bench.node.axis = 1;
   REQUIRE(bench.spin_up());
@@ -224,7 +224,7 @@ TEST_CASE("the second axis of a node has its objects at 0x6800, and PDOs of its 
   CHECK(bench.node.velocity_units == 0);
   CHECK(cia402::has_no_torque(bench.node.drive));
   config.axis = 8;
-  CHECK(check(config) == MotorConfigStatus::bad_node);
+  CHECK(validate(config) == MotorConfigStatus::bad_node);
 }
 
 TEST_CASE("a negative speed is a speed") {
@@ -1047,7 +1047,7 @@ TEST_CASE("configurations that cannot work are refused with the reason") {
   const auto status = [](auto change) {
     MotorConfig config = motor_config();
     change(config);
-    return check(config);
+    return validate(config);
   };
   using Status = MotorConfigStatus;
   CHECK(status([](MotorConfig&) {}) == Status::ok);

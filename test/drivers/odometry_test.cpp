@@ -444,7 +444,7 @@ TEST_CASE("an impossible odometry configuration is named") {
   const auto with = [](auto change) {
     OdometryConfig changed = wheels_config();
     change(changed);
-    return problem(changed) != nullptr;
+    return validate(changed) != nullptr;
   };
   CHECK(with([](OdometryConfig& c) { c.wheel_base_m = 0; }));
   CHECK(with([](OdometryConfig& c) { c.left_speed_m_s.signal.length = 0; }));

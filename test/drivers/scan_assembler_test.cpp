@@ -618,7 +618,7 @@ TEST_CASE("a block that is too small or misaligned, or a bad configuration, make
   world.config.lasers[0].maximum_range_m = 0;
   CHECK(create({block, bytes}) == nullptr);
   CHECK(status == AssemblerStatus::bad_config);
-  CHECK(problem(world.config) != nullptr);
+  CHECK(validate(world.config) != nullptr);
   CHECK(ScanAssembler::memory_required({.rays_per_profile = UINT32_MAX,
                                         .waiting_profiles = UINT32_MAX,
                                         .points_per_scan = UINT32_MAX}) == SIZE_MAX);
@@ -660,7 +660,7 @@ TEST_CASE("encoder, odometry and assembler together put points on the walls") {
   encoder_config.drive_counts_per_turn = 264000;
   encoder_config.wait_for_index = waits;
   if (waits) encoder_config.maximum_wait_ns = 4 * ns_per_s;
-  REQUIRE(problem(encoder_config) == nullptr);
+  REQUIRE(validate(encoder_config) == nullptr);
   auto encoder = std::make_unique<Encoder>(encoder_config, world.log);
   OdometryConfig odometry_config;
   odometry_config.kind = OdometryKind::vehicle;
@@ -673,7 +673,7 @@ TEST_CASE("encoder, odometry and assembler together put points on the walls") {
                                      .order = ByteOrder::motorola,
                                      .type = RawType::signed_integer,
                                      .factor = 1e-6}};
-  REQUIRE(problem(odometry_config) == nullptr);
+  REQUIRE(validate(odometry_config) == nullptr);
   auto odometry = std::make_unique<Odometry>(odometry_config, world.log);
 
   world.config.capacity.waiting_profiles = waits ? 400 : 64;

@@ -49,8 +49,8 @@ struct Bench {
   explicit Bench(std::string_view rows) {
     add_loop_back_ends();
     request.map = small_request();
-    request.map.config.detector.minimum_gap_m = 0;  // the whole way is 5 m long
-    request.map.config.belief.known_m = 0;          // and so short that the map knows it well
+    request.map.config.detector.minimum_gap_m = 0;     // the whole way is 5 m long
+    request.map.config.loop_verification.known_m = 0;  // and so short that the map knows it well
     request.lum.threads = 1;
     request.lum.maximum_iterations = 6;
     request.rows = select_rows(rows);

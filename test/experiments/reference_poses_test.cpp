@@ -63,7 +63,7 @@ TEST_CASE("scans in a surveyed room are found to the centimetre, from poses some
   const ReferenceRun run = find_reference_poses(scans, start, map, room_settings());
   REQUIRE(run.poses.size() == 8);
   for (std::size_t i = 0; i < 8; ++i) {
-    CAPTURE(i, text(run.poses[i].verdict), run.poses[i].overlap, run.poses[i].rms_m);
+    CAPTURE(i, to_string(run.poses[i].verdict), run.poses[i].overlap, run.poses[i].rms_m);
     CHECK(run.poses[i].verdict == ReferenceVerdict::trusted);
     CHECK((run.poses[i].map_from_body.translation_m - room_from_body(i).translation_m).norm() < 0.015);
     CHECK(angle_between_rad(run.poses[i].map_from_body.rotation, room_from_body(i).rotation) < 0.003);
@@ -118,7 +118,7 @@ TEST_CASE("walls alone leave height open: nothing is trusted") {
   const std::vector<std::optional<Pose>> start = {room_from_body(0), room_from_body(1)};
   const ReferenceRun run = find_reference_poses(scans, start, map, room_settings());
   for (const ReferencePose& pose : run.poses) {
-    CAPTURE(text(pose.verdict), pose.overlap, pose.rms_m);
+    CAPTURE(to_string(pose.verdict), pose.overlap, pose.rms_m);
     CHECK(pose.verdict == ReferenceVerdict::undetermined);
   }
 }

@@ -129,13 +129,13 @@ std::uint64_t& FaultBench::counter_before(ScannerPart part, std::string_view nam
     if (each_part == part && name == each && found == SIZE_MAX) found = place;
     ++place;
   });
-  INFO(text(part) << "." << name);
+  INFO(to_string(part) << "." << name);
   REQUIRE(found < counters_before_.size());
   return counters_before_[found];
 }
 
 void FaultBench::is_counted(ScannerPart part, std::string_view name, std::uint64_t at_least) {
-  const std::string counter = std::string(text(part)) + "." + std::string(name);
+  const std::string counter = std::string(to_string(part)) + "." + std::string(name);
   INFO(counter);
   CHECK(harness.counter(part, name) - counter_before(part, name) >= at_least);
   CHECK(reported_.find("`" + counter + "`") != std::string::npos);

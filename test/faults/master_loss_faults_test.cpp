@@ -104,9 +104,9 @@ TEST_CASE(
     REQUIRE(bench.spin_up());
     bench.run_ms(500);
     CHECK(bench.motor->master_loss_reaction() == each.reaction);
-    CHECK(bench.notices.count(text(each.reaction)) == 1);
+    CHECK(bench.notices.count(to_string(each.reaction)) == 1);
     for (const Notice& notice : bench.notices.notices) {
-      if (std::string(notice.text) == text(each.reaction))
+      if (std::string(notice.text) == to_string(each.reaction))
         CHECK((notice.severity == Severity::warning) == is_unsafe(each.reaction));
     }
     const std::int64_t killed_ns = bench.now_ns;
@@ -131,7 +131,7 @@ TEST_CASE("the reaction is set before there is torque") {
 
 TEST_CASE("a drive that does not answer what it does without a master is used all the same, and it is said") {
   MotorConfig config = example("motor-epos4.toml");
-  config.sdo = {.answer_timeout_ns = 50 * ns_per_ms, .retry_limit = 1};
+  config.sdo = {.response_timeout_ns = 50 * ns_per_ms, .retry_limit = 1};
   DriveBench bench(config, drive_of(Model::epos4));
   bench.motor->start(0);
   while (bench.motor->state() != MotorState::enabling && bench.now_ns < 10 * ns_per_s) bench.step();

@@ -69,7 +69,7 @@ TEST_CASE("ICP finds how two scans of a room and of a street lie to each other, 
                                                places[place].reach_m, 0.01, seed + 1));
       for (const IcpMetric metric : {IcpMetric::surface, IcpMetric::point_to_point}) {
         const IcpResult result = match(model, data, Pose{}, config_for(metric));
-        CAPTURE(place, round, static_cast<int>(metric), text(result.verdict), result.iterations,
+        CAPTURE(place, round, static_cast<int>(metric), to_string(result.verdict), result.iterations,
                 result.rms_m);
         CHECK((result.verdict == IcpVerdict::converged ||
                (metric == IcpMetric::point_to_point && result.verdict == IcpVerdict::iteration_limit)));
@@ -389,7 +389,7 @@ TEST_CASE("the searches that a match spares change no bit of what a row of singl
   }
 }
 
-TEST_CASE("samples beyond the capacity are thinned out evenly") {
+TEST_CASE("samples beyond the capacity are downsampled evenly") {
   const Scan model(room().scan(pose_at(0, 0, 1, 0), 4000, 12, 0.01, 1));
   const Scan data(room().scan(pose_at(0.3, 0.2, 1, 4), 4000, 12, 0.01, 2));
   const Pose truth = pose_at(0, 0, 1, 0).inverse() * pose_at(0.3, 0.2, 1, 4);
@@ -566,7 +566,7 @@ TEST_CASE("the two faces of a thin wall are no pair: what was seen from the othe
       config.both_ways = both_ways;
       const IcpResult result = match(model, data, truth, config);
       const double off_m = std::abs((result.model_from_data.translation_m - truth.translation_m).y());
-      CAPTURE(same_side, both_ways, off_m, result.behind, result.correspondences, text(result.verdict));
+      CAPTURE(same_side, both_ways, off_m, result.behind, result.correspondences, to_string(result.verdict));
       CHECK((off_m < 0.01) == same_side);
       CHECK((result.behind > 200) == same_side);
       CHECK((result.behind == 0) == !same_side);
@@ -676,7 +676,7 @@ TEST_CASE("a prior holds a match along a corridor, where the scans leave it open
     const IcpResult free =
         icp->match({&model_scan, 1}, {&data_scan, 1}, pose_at(said_m + 0.3, 0.1, 0, 1), config);
     const Eigen::Vector3d& at_m = held.model_from_data.translation_m;
-    CAPTURE(said_m, at_m.transpose(), text(held.verdict), text(free.verdict));
+    CAPTURE(said_m, at_m.transpose(), to_string(held.verdict), to_string(free.verdict));
     CHECK(held.verdict == IcpVerdict::converged);
     CHECK(at_m.x() == Approx(said_m).margin(0.02));
     CHECK(std::abs(at_m.y()) < 0.01);

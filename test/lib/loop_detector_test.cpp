@@ -210,16 +210,16 @@ TEST_CASE("positions that are not finite are refused, and absurdly far ones do n
 }
 
 TEST_CASE("a detector's configuration is checked, and its memory is what the plan says") {
-  CHECK(LoopDetector::check(plain_config) == Status::ok);
-  CHECK(LoopDetector::check(rich_config) == Status::ok);
-  CHECK(LoopDetector::check({.minimum_gap_scans = 1}) == Status::ok);
+  CHECK(LoopDetector::validate(plain_config) == Status::ok);
+  CHECK(LoopDetector::validate(rich_config) == Status::ok);
+  CHECK(LoopDetector::validate({.minimum_gap_scans = 1}) == Status::ok);
   for (LoopDetectorConfig config :
        {LoopDetectorConfig{.radius_m = 0}, LoopDetectorConfig{.radius_m = 16},
         LoopDetectorConfig{.radius_m = std::nan("")},
         LoopDetectorConfig{.radius_cap_m = std::numeric_limits<double>::infinity()},
         LoopDetectorConfig{.sigma_factor = -1}, LoopDetectorConfig{.minimum_gap_scans = 0},
         LoopDetectorConfig{.minimum_gap_m = -1}, LoopDetectorConfig{.minimum_gap_m = std::nan("")}}) {
-    CHECK(LoopDetector::check(config) == Status::bad_config);
+    CHECK(LoopDetector::validate(config) == Status::bad_config);
   }
   for (const LoopDetectorConfig& config : {plain_config, rich_config}) {
     Arena arena(block);

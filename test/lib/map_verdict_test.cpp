@@ -206,12 +206,13 @@ TEST_CASE("no figure that gets worse makes a map better") {
 }
 
 TEST_CASE("every verdict of a map and every doubt of it has words of its own") {
-  std::set<std::string> words = {text(MapVerdict::good), text(MapVerdict::doubtful), text(MapVerdict::bad)};
+  std::set<std::string> words = {to_string(MapVerdict::good), to_string(MapVerdict::doubtful),
+                                 to_string(MapVerdict::bad)};
   CHECK(words.size() == 3);
   for (const MapDoubt doubt : {MapDoubt::none, MapDoubt::parts, MapDoubt::unmatched_revisits, MapDoubt::drift,
                                MapDoubt::odometry_alone, MapDoubt::odometry_contradicted,
                                MapDoubt::odometry_scale, MapDoubt::weak_steps, MapDoubt::searched}) {
-    words.insert(text(doubt));
+    words.insert(to_string(doubt));
   }
   CHECK(words.size() == 12);
 }

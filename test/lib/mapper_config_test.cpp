@@ -20,7 +20,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// What check() says of a configuration, and create() with it.
 Status status_of(const MapperConfig& config) {
-  const Status status = Mapper::check(config);
+  const Status status = Mapper::validate(config);
   const Block too_small(64);
   Status created = Status::ok;
   CHECK(Mapper::create(too_small.bytes(), config, created) == nullptr);
@@ -68,10 +68,10 @@ TEST_CASE("the two front ends' settings, and settings at the ends of their range
           c.start_search.gain = c.start_search.gain_against_odometry = 0;
           c.start_search.iterations = 1;
           c.detector.minimum_gap_m = 0;
-          c.step_belief = {0, 0, 0, 0, 0};
+          c.step_verification = {0, 0, 0, 0, 0};
           c.loop_search.sure_overlap = c.loop_search.shift_gain = 0;
           c.loop_search.candidates = c.loop_search.iterations = 1;
-          c.belief = {0, 0, 0, 0, 0, 0, 0};
+          c.loop_verification = {0, 0, 0, 0, 0, 0, 0};
           c.edge_uncertainty.unconverged_factor = 1;
           c.trigger.hysteresis_m = 0;
         }) == Status::ok);
@@ -79,8 +79,8 @@ TEST_CASE("the two front ends' settings, and settings at the ends of their range
           c.surface.neighbors = KdTree::maximum_neighbors;
           c.loop_search.shift_steps = Icp::maximum_shift_steps;
           c.loop_match.rough_weight = c.loop_match.degenerate_ratio = 1;
-          c.belief.minimum_overlap = c.belief.minimum_wall_fit = 1;
-          c.belief.maximum_mahalanobis2 = 1e12;
+          c.loop_verification.minimum_overlap = c.loop_verification.minimum_wall_fit = 1;
+          c.loop_verification.maximum_mahalanobis2 = 1e12;
         }) == Status::ok);
 }
 
@@ -164,16 +164,17 @@ TEST_CASE("settings of the detection, of the search and of the belief that make 
   check_refused(search, &LoopSearchConfig::shift_gain, {not_a_number, inf, -inf, -0.1});
   check_refused(search, &LoopSearchConfig::candidates, {0});
 
-  const auto belief = [](MapperConfig& c) -> BeliefConfig& { return c.belief; };
-  for (double BeliefConfig::*number :
-       {&BeliefConfig::minimum_overlap, &BeliefConfig::maximum_rms_m, &BeliefConfig::maximum_mahalanobis2,
-        &BeliefConfig::minimum_wall_fit, &BeliefConfig::small_correction_m, &BeliefConfig::known_m,
-        &BeliefConfig::minimum_fit_share, &BeliefConfig::ambiguity_sigmas,
-        &BeliefConfig::free_space_sigmas}) {
+  const auto belief = [](MapperConfig& c) -> LoopVerification& { return c.loop_verification; };
+  for (double LoopVerification::*number :
+       {&LoopVerification::minimum_overlap, &LoopVerification::maximum_rms_m,
+        &LoopVerification::maximum_mahalanobis2, &LoopVerification::minimum_wall_fit,
+        &LoopVerification::small_correction_m, &LoopVerification::known_m,
+        &LoopVerification::minimum_fit_share, &LoopVerification::ambiguity_sigmas,
+        &LoopVerification::free_space_sigmas}) {
     check_refused(belief, number, {not_a_number, inf, -inf, -0.1});
   }
-  check_refused(belief, &BeliefConfig::minimum_overlap, {1.1});
-  check_refused(belief, &BeliefConfig::minimum_wall_fit, {1.1});
+  check_refused(belief, &LoopVerification::minimum_overlap, {1.1});
+  check_refused(belief, &LoopVerification::minimum_wall_fit, {1.1});
 }
 
 TEST_CASE(
@@ -188,12 +189,13 @@ TEST_CASE(
   }
   check_refused(motion, &MotionUncertainty::steps_remembered, {not_a_number, inf, -inf, 0, 1});
 
-  const auto step = [](MapperConfig& c) -> StepBelief& { return c.step_belief; };
-  for (double StepBelief::*number : {&StepBelief::minimum_overlap, &StepBelief::usual_fit_share,
-                                     &StepBelief::least_fit_share, &StepBelief::minimum_fit}) {
+  const auto step = [](MapperConfig& c) -> StepVerification& { return c.step_verification; };
+  for (double StepVerification::*number :
+       {&StepVerification::minimum_overlap, &StepVerification::usual_fit_share,
+        &StepVerification::least_fit_share, &StepVerification::minimum_fit}) {
     check_refused(step, number, {not_a_number, inf, -inf, -0.1, 1.1});
   }
-  check_refused(step, &StepBelief::maximum_mahalanobis2, {not_a_number, inf, -inf, -1});
+  check_refused(step, &StepVerification::maximum_mahalanobis2, {not_a_number, inf, -inf, -1});
 
   const auto start = [](MapperConfig& c) -> StartSearchConfig& { return c.start_search; };
   check_refused(start, &StartSearchConfig::cell_m, {not_a_number, inf, -inf, 0, -1, 0.01});

@@ -49,10 +49,10 @@ Scene other_yard() {
 }
 
 /// What becomes of the loop at the end of the drive round the block, with another belief.
-LoopReport loop_believed_with(const BeliefConfig& belief) {
+LoopReport loop_verified_with(const LoopVerification& thresholds) {
   MapperConfig config = small_config();
   config.close_loops = false;
-  config.belief = belief;
+  config.loop_verification = belief;
   MapperBench mapper(config);
   drive_through(*mapper.mapper, round_the_block(), 49);
   const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
@@ -100,7 +100,7 @@ TEST_CASE("a loop offered from outside is judged like any other") {
   const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
   REQUIRE(mapper->offer_loop(0, 24, loop) == Status::ok);  // the opposite corner
   CHECK(loop.verdict == LoopVerdict::refused_overlap);
-  CHECK(loop.overlap < config.belief.minimum_overlap);
+  CHECK(loop.overlap < config.loop_verification.minimum_overlap);
   CHECK(mapper->loops().size() == 1);
   CHECK(mapper->counters().loops_offered == 1);
   CHECK(mapper->counters().loops_closed == 0);
@@ -110,20 +110,20 @@ TEST_CASE("a loop offered from outside is judged like any other") {
   }
 
   REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);  // the start again
-  CAPTURE(text(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2);
+  CAPTURE(to_string(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2);
   CHECK(loop.verdict == LoopVerdict::closed);
   CHECK(mapper->graph().edge_count() == 50);
 }
 
 TEST_CASE("each number of the belief refuses a loop by itself, from just beyond what the loop has") {
-  const BeliefConfig standard{.small_correction_m = 0};  // so that walls are asked for
-  const LoopReport closed = loop_believed_with(standard);
+  const LoopVerification standard{.small_correction_m = 0};  // so that walls are asked for
+  const LoopReport closed = loop_verified_with(standard);
   REQUIRE(closed.verdict == LoopVerdict::closed);
   REQUIRE(closed.mahalanobis2 > 0);
-  const auto judged = [&](double BeliefConfig::*number, double value) {
-    BeliefConfig belief = standard;
+  const auto judged = [&](double LoopVerification::*number, double value) {
+    LoopVerification belief = standard;
     belief.*number = value;
-    const LoopReport loop = loop_believed_with(belief);
+    const LoopReport loop = loop_verified_with(belief);
     CHECK(loop.overlap == closed.overlap);  // the match is the same, whatever is thought of it
     CHECK(loop.rms_m == closed.rms_m);
     CHECK(loop.iterations == closed.iterations);
@@ -133,36 +133,36 @@ TEST_CASE("each number of the belief refuses a loop by itself, from just beyond 
     return loop;
   };
   struct Number {
-    double BeliefConfig::*number;
+    double LoopVerification::*number;
     double limit;   // of this loop
     double beyond;  // just so far that it is refused
     LoopVerdict verdict;
     bool has_mahalanobis2;  // known by then
   };
   for (const Number& each :
-       {Number{&BeliefConfig::minimum_overlap, closed.overlap, std::nextafter(closed.overlap, 1.0),
+       {Number{&LoopVerification::minimum_overlap, closed.overlap, std::nextafter(closed.overlap, 1.0),
                LoopVerdict::refused_overlap, false},
-        Number{&BeliefConfig::maximum_rms_m, closed.rms_m, std::nextafter(closed.rms_m, 0.0),
+        Number{&LoopVerification::maximum_rms_m, closed.rms_m, std::nextafter(closed.rms_m, 0.0),
                LoopVerdict::refused_residual, false},
-        Number{&BeliefConfig::minimum_wall_fit, closed.wall_fit, std::nextafter(closed.wall_fit, 1.0),
+        Number{&LoopVerification::minimum_wall_fit, closed.wall_fit, std::nextafter(closed.wall_fit, 1.0),
                LoopVerdict::refused_walls, false},
-        Number{&BeliefConfig::maximum_mahalanobis2, closed.mahalanobis2,
+        Number{&LoopVerification::maximum_mahalanobis2, closed.mahalanobis2,
                std::nextafter(closed.mahalanobis2, 0.0), LoopVerdict::refused_implausible, true}}) {
     CHECK(judged(each.number, each.limit).verdict == LoopVerdict::closed);
     const LoopReport refused = judged(each.number, each.beyond);
-    CAPTURE(text(each.verdict), text(refused.verdict));
+    CAPTURE(to_string(each.verdict), to_string(refused.verdict));
     CHECK(refused.verdict == each.verdict);
     CHECK(refused.wall_fit == closed.wall_fit);
     CHECK(refused.mahalanobis2 == (each.has_mahalanobis2 ? closed.mahalanobis2 : 0));
   }
   SECTION("and a correction that counts as small is not asked for walls") {
-    BeliefConfig belief = standard;
+    LoopVerification belief = standard;
     belief.minimum_wall_fit = 1;
     const double moved_m = closed.correction_m + 15 * closed.correction_rad;
     belief.small_correction_m = moved_m;
-    CHECK(loop_believed_with(belief).verdict == LoopVerdict::closed);
+    CHECK(loop_verified_with(belief).verdict == LoopVerdict::closed);
     belief.small_correction_m = std::nextafter(moved_m, 0.0);
-    CHECK(loop_believed_with(belief).verdict == LoopVerdict::refused_walls);
+    CHECK(loop_verified_with(belief).verdict == LoopVerdict::refused_walls);
   }
 }
 
@@ -175,7 +175,7 @@ TEST_CASE("metascans that find too few partners are no match, and the loop is no
   LoopReport loop;
   REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
   CHECK(loop.verdict == LoopVerdict::refused_no_match);
-  CHECK(loop.overlap > config.belief.minimum_overlap);
+  CHECK(loop.overlap > config.loop_verification.minimum_overlap);
   CHECK(loop.correction_m < 1e-9);  // nothing moved
   CHECK(loop.wall_fit == 0);
   CHECK(loop.mahalanobis2 == 0);
@@ -196,13 +196,13 @@ TEST_CASE("a place that looks the same a storey higher is refused as implausible
   REQUIRE(loop.verdict == LoopVerdict::closed);
   const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
   REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
-  CAPTURE(text(loop.verdict), loop.mahalanobis2);
+  CAPTURE(to_string(loop.verdict), loop.mahalanobis2);
   CHECK(loop.verdict == LoopVerdict::refused_implausible);
-  CHECK(loop.overlap >= config.belief.minimum_overlap);
-  CHECK(loop.rms_m <= config.belief.maximum_rms_m);
-  CHECK(loop.wall_fit >= config.belief.minimum_wall_fit);
+  CHECK(loop.overlap >= config.loop_verification.minimum_overlap);
+  CHECK(loop.rms_m <= config.loop_verification.maximum_rms_m);
+  CHECK(loop.wall_fit >= config.loop_verification.minimum_wall_fit);
   CHECK(loop.correction_m == Approx(3).margin(0.05));
-  CHECK(loop.mahalanobis2 > config.belief.maximum_mahalanobis2);
+  CHECK(loop.mahalanobis2 > config.loop_verification.maximum_mahalanobis2);
   for (std::size_t i = 0; i < before.size(); ++i)
     REQUIRE(mapper->graph().poses()[i].translation_m == before[i].translation_m);
 }
@@ -211,7 +211,7 @@ TEST_CASE(
     "the map's uncertainty holds a loop's match: it does not run to where a place only looks the same") {
   MapperConfig config = small_config();
   config.close_loops = false;
-  config.belief.ambiguity_sigmas = 0;  // there are few points
+  config.loop_verification.ambiguity_sigmas = 0;  // there are few points
   Raise raise;
   MapperBench mapper(config, nullptr, &raise);
   drive_through(*mapper.mapper, round_the_block(), 50);
@@ -220,7 +220,7 @@ TEST_CASE(
   REQUIRE(loop.verdict == LoopVerdict::closed);
   const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
   REQUIRE(mapper->offer_loop(0, 48, loop) == Status::ok);
-  CAPTURE(text(loop.verdict), loop.correction_m, loop.expected_m);
+  CAPTURE(to_string(loop.verdict), loop.correction_m, loop.expected_m);
   CHECK(loop.verdict != LoopVerdict::closed);
   CHECK(loop.correction_m < 5 * loop.expected_m);  // the storey is 3 m
   for (std::size_t i = 0; i < before.size(); ++i)
@@ -235,8 +235,8 @@ TEST_CASE("a heading that has drifted by 40 degrees is found by trying turned st
       MapperConfig config = small_config();
       config.close_loops = false;
       config.search_steps = searches;
-      config.belief.small_correction_m = 0;
-      config.belief.minimum_wall_fit = 0.2;
+      config.loop_verification.small_correction_m = 0;
+      config.loop_verification.minimum_wall_fit = 0.2;
       MapperBench mapper(config);
       for (int step = 0; step < 5; ++step) see(*mapper.mapper, scene, way(step), way(step));
       for (int i = 0; i < 6; ++i) see_nothing(*mapper.mapper, way(2));
@@ -246,7 +246,7 @@ TEST_CASE("a heading that has drifted by 40 degrees is found by trying turned st
         see(*mapper.mapper, scene, way(step), drifted_from_way * way(step));
       LoopReport loop;
       REQUIRE(mapper->offer_loop(2, 13, loop) == Status::ok);
-      CAPTURE(drift_deg, searches, text(loop.verdict), loop.overlap, loop.wall_fit, loop.mahalanobis2);
+      CAPTURE(drift_deg, searches, to_string(loop.verdict), loop.overlap, loop.wall_fit, loop.mahalanobis2);
       CHECK(loop.verdict == (searches ? LoopVerdict::closed : LoopVerdict::refused_walls));
       if (!searches) continue;
       CHECK(loop.correction_rad == Approx(std::abs(drift_deg) * std::numbers::pi / 180).margin(0.01));
@@ -274,7 +274,7 @@ TEST_CASE("when the nearest scan is of another place, an earlier visit to the ri
     CHECK(mapper->loops().empty());
     LoopReport loop;
     REQUIRE(mapper->finish(loop));
-    CAPTURE(candidates, text(mapper->loops()[0].verdict), text(loop.verdict));
+    CAPTURE(candidates, to_string(mapper->loops()[0].verdict), to_string(loop.verdict));
     REQUIRE(mapper->loops().size() == std::min(candidates, 2U));
     const LoopReport& nearest = mapper->loops()[0];
     CHECK(nearest.first >= 8);
@@ -302,10 +302,11 @@ TEST_CASE("between long walls a loop's match does not stay where it slid to") {
         config.pool_bytes = std::size_t{16} << 20;
         config.close_loops = false;
         config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
-        config.belief.maximum_mahalanobis2 = 1e12;
-        config.search_steps = false;         // other starts would find it, too
-        config.belief.ambiguity_sigmas = 0;  // what the match makes of it, not whether it is believed
-        config.belief.free_space_sigmas = 0;
+        config.loop_verification.maximum_mahalanobis2 = 1e12;
+        config.search_steps = false;  // other starts would find it, too
+        config.loop_verification.ambiguity_sigmas =
+            0;  // what the match makes of it, not whether it is believed
+        config.loop_verification.free_space_sigmas = 0;
         config.loop_search.shift_steps = steps;
         MapperBench mapper(config);
         for (std::uint32_t i = 0; i < 10; ++i) {  // there, and once more the same way, after a drift
@@ -320,7 +321,7 @@ TEST_CASE("between long walls a loop's match does not stay where it slid to") {
         REQUIRE(mapper->offer_loop(2, 7, loop) == Status::ok);
         const auto poses = mapper->graph().poses();
         const double off_m = (poses[2].inverse() * poses[7]).translation_m.norm();
-        CAPTURE(drift_m, steps, trial, off_m, text(loop.verdict), loop.overlap, loop.rms_m);
+        CAPTURE(drift_m, steps, trial, off_m, to_string(loop.verdict), loop.overlap, loop.rms_m);
         CHECK((off_m < 0.02) == (steps > 0 || drift_m == 0));
       }
     }
@@ -330,7 +331,7 @@ TEST_CASE("between long walls a loop's match does not stay where it slid to") {
 TEST_CASE("a loop is not believed when nothing but the ground fits") {
   const Scene here = yard();
   const Scene elsewhere = other_yard();
-  const double least = BeliefConfig{}.minimum_wall_fit;
+  const double least = LoopVerification{}.minimum_wall_fit;
   const auto offered = [&](const Scene& then, const Pose& drift, double minimum_wall_fit) {
     MapperConfig config = small_config();
     config.voxel.cell_capacity = 16384;
@@ -338,10 +339,10 @@ TEST_CASE("a loop is not believed when nothing but the ground fits") {
     config.close_loops = false;
     config.scan_match.minimum_correspondences = 1'000'000;  // so that the odometry stands
     config.loop_match.degenerate_ratio = 0;                 // so that a few chance pairs are a match
-    config.belief.maximum_mahalanobis2 = 1e12;
-    config.belief.minimum_wall_fit = minimum_wall_fit;
-    config.belief.ambiguity_sigmas = 0;  // it would refuse, too
-    config.belief.free_space_sigmas = 0;
+    config.loop_verification.maximum_mahalanobis2 = 1e12;
+    config.loop_verification.minimum_wall_fit = minimum_wall_fit;
+    config.loop_verification.ambiguity_sigmas = 0;  // it would refuse, too
+    config.loop_verification.free_space_sigmas = 0;
     MapperBench mapper(config);
     for (std::uint32_t i = 0; i < 10; ++i) {
       const Pose at = pose_at(0.5 * (i % 5), 0, 1, 0);
@@ -362,8 +363,8 @@ TEST_CASE("a loop is not believed when nothing but the ground fits") {
             other.correction_rad);
     CHECK(same.verdict == LoopVerdict::closed);
     CHECK(same.wall_fit > 0.5);
-    CHECK(other.overlap > BeliefConfig{}.minimum_overlap);
-    CHECK(other.rms_m < BeliefConfig{}.maximum_rms_m);
+    CHECK(other.overlap > LoopVerification{}.minimum_overlap);
+    CHECK(other.rms_m < LoopVerification{}.maximum_rms_m);
     CHECK(other.verdict == LoopVerdict::refused_walls);
     CHECK(other.wall_fit < least);
     CHECK(offered(elsewhere, drift, 0).verdict == LoopVerdict::closed);
@@ -376,7 +377,7 @@ TEST_CASE("while the vehicle follows its old track, loops are closed again and a
     MapperConfig config = small_config();
     config.detector.minimum_gap_scans = 10;
     config.detector.minimum_gap_m = 0;
-    config.belief.known_m = 0;  // also those that tell little
+    config.loop_verification.known_m = 0;  // also those that tell little
     config.trigger.repeat_after_scans = interval;
     MapperBench mapper(config);
     for (int i = 0; i <= 48; ++i) {  // 24 m up the street, and the same way back
@@ -556,7 +557,7 @@ TEST_CASE("with no room for loops every loop is refused for that reason") {
   LoopReport loop;
   for (const std::uint32_t first : {0U, 1U}) {
     REQUIRE(mapper->offer_loop(first, 48, loop) == Status::ok);
-    CAPTURE(text(loop.verdict));
+    CAPTURE(to_string(loop.verdict));
     CHECK(loop.verdict == LoopVerdict::refused_capacity);
   }
   CHECK(mapper->counters().loops_not_listed == 2);

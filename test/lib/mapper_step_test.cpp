@@ -49,7 +49,7 @@ TEST_CASE("a step that is not believed lies where the odometry says, and is as s
   for (std::uint32_t i = 1; i < 8; ++i) REQUIRE(mapper->step_verdict(i) == StepVerdict::believed);
   const MotionPrior::Prediction prediction = prediction_for(*mapper.mapper, drive, 8);
   const ScanReport report = add(*mapper.mapper, steam(1), &drive.odometry[8]);
-  CAPTURE(text(report.step), text(report.doubt), report.overlap, report.fit);
+  CAPTURE(to_string(report.step), to_string(report.doubt), report.overlap, report.fit);
   CHECK(report.step == StepVerdict::on_odometry);
   CHECK(report.is_predicted);
   CHECK(report.doubt != StepDoubt::none);
@@ -129,7 +129,7 @@ TEST_CASE("without odometry and without overlap a new part of the map begins, an
   const std::uint32_t last = mapper->scan_count() - 1;
   LoopReport loop;
   REQUIRE(mapper->offer_loop(4, last - 1, loop) == Status::ok);
-  CAPTURE(text(loop.verdict), loop.overlap, loop.fit, loop.usual_fit, loop.correction_m, loop.expected_m,
+  CAPTURE(to_string(loop.verdict), loop.overlap, loop.fit, loop.usual_fit, loop.correction_m, loop.expected_m,
           loop.mahalanobis2);
   REQUIRE(loop.verdict == LoopVerdict::closed);
   CHECK(mapper->step_verdict(6) == StepVerdict::rejoined);
@@ -150,7 +150,8 @@ TEST_CASE("an odometry that freezes is overruled by matches that go on as the ve
     const ScanReport report =
         add(*mapper.mapper, drive.scans[i], &drive.odometry[std::min<std::size_t>(i, 4)]);
     if (report.step == StepVerdict::against_odometry) ++overruled;
-    CAPTURE(i, text(report.step), text(report.doubt), report.fit, report.overlap, report.motion_mahalanobis2);
+    CAPTURE(i, to_string(report.step), to_string(report.doubt), report.fit, report.overlap,
+            report.motion_mahalanobis2);
     CHECK(distance_m(mapper->graph().poses()[i], drive.truth[i]) < 0.2);
   }
   CHECK(overruled >= 1);
@@ -171,7 +172,7 @@ TEST_CASE("a drive that breaks once is in two parts, not more") {
         elsewhere.scan(pose_at(0.3 * static_cast<double>(i), 0, 1, 0), 4000, 15, 0.01, 20 + i), nullptr);
   CHECK(mapper->step_verdict(6) == StepVerdict::apart);
   for (std::uint32_t scan = 7; scan < 12; ++scan) {
-    CAPTURE(scan, text(mapper->step_verdict(scan)));
+    CAPTURE(scan, to_string(mapper->step_verdict(scan)));
     CHECK(mapper->step_verdict(scan) != StepVerdict::apart);
   }
   CHECK(mapper->health().parts == 2);
@@ -188,7 +189,7 @@ TEST_CASE("scans that see less of the way than the odometry, all along, make the
     add(*mapper.mapper, drive.scans[i], &odometry);
   }
   const MapHealth health = mapper->health();
-  CAPTURE(text(health.doubt), health.odometry_scale);
+  CAPTURE(to_string(health.doubt), health.odometry_scale);
   CHECK(health.odometry_scale < 0.9);
   CHECK(health.odometry_scale > 0.85);
   CHECK(health.verdict == MapVerdict::doubtful);
@@ -281,7 +282,7 @@ TEST_CASE("a vehicle that creeps has not been away, however many scans it makes"
   for (const double gap_m : {30.0, 0.0}) {
     MapperConfig config = small_config();
     config.detector.minimum_gap_m = gap_m;
-    config.belief.known_m = 0;
+    config.loop_verification.known_m = 0;
     MapperBench mapper(config);
     for (int i = 0; i < 50; ++i) {
       const Pose at = pose_at(0.05 * i, 0, 1, 0);

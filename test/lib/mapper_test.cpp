@@ -292,7 +292,7 @@ TEST_CASE("a full pool refuses scans without an archive; with one they go there"
   CHECK(is_same(*with_archive.mapper, *in_pool.mapper));
 }
 
-TEST_CASE("a scan of more cells than the grid has is added all the same, thinned out coarser") {
+TEST_CASE("a scan of more cells than the grid has is added all the same, downsampled coarser") {
   const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.voxel.cell_capacity = 1800;

@@ -101,7 +101,7 @@ TEST_CASE("two places that look alike are told apart by the way between them") {
     for (const std::uint32_t shift : {0U, 2U}) {
       LoopReport loop;
       REQUIRE(mapper->offer_loop(first + shift, second + shift, loop) == Status::ok);
-      CAPTURE(text(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2, loop.correction_m);
+      CAPTURE(to_string(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2, loop.correction_m);
       CHECK(loop.verdict == LoopVerdict::refused_no_match);  // nothing of one is in reach of the other
       CHECK(loop.overlap == 0);
       CHECK(loop.distance_m > 300);
@@ -132,10 +132,10 @@ TEST_CASE("two places that look alike are told apart by the way between them") {
     }
     LoopReport loop;
     REQUIRE(mapper->offer_loop(first, again + first, loop) == Status::ok);
-    CAPTURE(text(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2, loop.correction_m);
+    CAPTURE(to_string(loop.verdict), loop.overlap, loop.rms_m, loop.mahalanobis2, loop.correction_m);
     CHECK(loop.verdict == LoopVerdict::closed);
-    CHECK(loop.overlap >= config.belief.minimum_overlap);
-    CHECK(loop.rms_m <= config.belief.maximum_rms_m);
+    CHECK(loop.overlap >= config.loop_verification.minimum_overlap);
+    CHECK(loop.rms_m <= config.loop_verification.maximum_rms_m);
     const auto poses = mapper->graph().poses();
     CHECK(distance_m(poses[first].inverse() * poses[again + first], alike.first_from_second) < 0.1);
   }

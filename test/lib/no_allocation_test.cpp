@@ -24,26 +24,26 @@ void expect(bool is_so, const char* what) {
 
 constexpr std::uint32_t scans = 100;
 
-constexpr MapperConfig config_with(SharingRule rule, IcpMetric metric) {
+constexpr MapperConfig config_with(CorrectionRule rule, IcpMetric metric) {
   MapperConfig config = MapperConfig::standard();
   config.scan_capacity = scans;
   config.loop_capacity = 32;
   config.pool_bytes = std::size_t{6} << 20;
   config.keep_intensity = true;
   config.voxel.cell_capacity = 6144;
-  config.sharing = rule;
+  config.correction_rule = rule;
   config.scan_match.metric = metric;
   if (metric == IcpMetric::point_to_point) {  // the paper's: a match so rough is ambiguous
-    config.belief.ambiguity_sigmas = 0;
-    config.belief.free_space_sigmas = 0;
+    config.loop_verification.ambiguity_sigmas = 0;
+    config.loop_verification.free_space_sigmas = 0;
   }
   return config;
 }
 
 alignas(Arena::alignment)
-    std::byte block[Mapper::memory_required(config_with(SharingRule::trails, IcpMetric::surface))];
+    std::byte block[Mapper::memory_required(config_with(CorrectionRule::trails, IcpMetric::surface))];
 
-void map(const sim::Drive& drive, SharingRule rule, IcpMetric metric) {
+void map(const sim::Drive& drive, CorrectionRule rule, IcpMetric metric) {
   Status status = Status::bad_config;
   is_armed = true;
   Mapper* const mapper = Mapper::create(block, config_with(rule, metric), status);
@@ -109,8 +109,8 @@ int main() {
   settings.scans = scans;
   settings.scanner.points_per_scan = 6000;
   const sim::Drive drive = sim::drive(settings);
-  map(drive, SharingRule::trails, IcpMetric::surface);
-  map(drive, SharingRule::paper, IcpMetric::point_to_point);
+  map(drive, CorrectionRule::trails, IcpMetric::surface);
+  map(drive, CorrectionRule::paper, IcpMetric::point_to_point);
   deskew();
   return failures == 0 ? 0 : 1;
 }

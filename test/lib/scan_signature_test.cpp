@@ -75,7 +75,7 @@ TEST_CASE("a signature does not depend on the order of the points") {
   CHECK(stored(ScanSignature::of(points)) == before);
 }
 
-TEST_CASE("a scan thinned out to a quarter is like itself, more than like another place") {
+TEST_CASE("a scan downsampled to a quarter is like itself, more than like another place") {
   const std::vector<Point> points = seen(street(), 0, 0, 0);
   std::vector<Point> few;
   sim::Random random(5);

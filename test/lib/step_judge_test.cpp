@@ -13,7 +13,7 @@ using namespace alces::test;
 namespace {
 
 constexpr double usual_fit = 0.6;
-constexpr StepBelief belief;
+constexpr StepVerification belief;
 
 /// A match that nothing speaks against, where the odometry has it.
 IcpResult good_match() {
@@ -155,12 +155,12 @@ TEST_CASE("every verdict and every doubt has words of its own") {
   for (const StepVerdict verdict :
        {StepVerdict::first, StepVerdict::believed, StepVerdict::found, StepVerdict::against_odometry,
         StepVerdict::on_odometry, StepVerdict::apart, StepVerdict::rejoined}) {
-    words.insert(text(verdict));
+    words.insert(to_string(verdict));
   }
   CHECK(words.size() == 7);
   for (const StepDoubt doubt : {StepDoubt::none, StepDoubt::no_match, StepDoubt::overlap, StepDoubt::fit,
                                 StepDoubt::restless, StepDoubt::motion}) {
-    words.insert(text(doubt));
+    words.insert(to_string(doubt));
   }
   CHECK(words.size() == 13);
 }

@@ -233,7 +233,7 @@ TEST_CASE("of a scanner of few rings the spacing is that along the rings") {
   CHECK(static_cast<double>(spacing.at(12)) == Approx(8 * 12 * step_rad).epsilon(0.15));  // 8 to each side
 }
 
-TEST_CASE("of a scan thinned out to cells the spacing near the scanner is that of the cells") {
+TEST_CASE("of a scan downsampled to cells the spacing near the scanner is that of the cells") {
   std::vector<Point> points;
   for (double x = -4; x < 4; x += 0.1) {
     for (double y = -4; y < 4; y += 0.1) points.push_back(point({x, y, -1}));

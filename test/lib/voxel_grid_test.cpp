@@ -234,7 +234,7 @@ TEST_CASE("with more cells than the table has, cells double until every point fi
   }
 }
 
-TEST_CASE("a scan that is thinned out coarser is what a grid of that cell size makes of it") {
+TEST_CASE("a scan that is downsampled coarser is what a grid of that cell size makes of it") {
   for (int representative = 0; representative < 3; ++representative) {
     VoxelGridConfig config;
     config.representative = static_cast<CellRepresentative>(representative);

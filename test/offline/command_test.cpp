@@ -73,7 +73,8 @@ TEST_CASE("a mistyped verb or option names the one that was probably meant, and 
   CHECK_THAT(complaint("mpa town"), Catch::Contains("did you mean map?"));
   CHECK_THAT(complaint("frobnicate town"), Catch::Contains("no verb frobnicate") && !Catch::Contains("mean"));
   CHECK_THAT(complaint("map town --otu x"), Catch::Contains("map has no option --otu; did you mean --out?"));
-  CHECK_THAT(complaint("map town --loop-optimiser=none --out x"), Catch::Contains("did you mean --loop-optimizer?"));
+  CHECK_THAT(complaint("map town --loop-optimiser=none --out x"),
+             Catch::Contains("did you mean --loop-optimizer?"));
   CHECK_THAT(complaint("map town --frobnicate --out x"), !Catch::Contains("mean"));
 }
 

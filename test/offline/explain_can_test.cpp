@@ -352,7 +352,7 @@ TEST_CASE("every frame of the recorded bring-up of a TMCM-1636 is explained") {
                                                  {CanFrameMeaning::emergency, 2},
                                                  {CanFrameMeaning::rpdo, 3},
                                                  {CanFrameMeaning::sdo_request, 48},
-                                                 {CanFrameMeaning::sdo_answer, 48},
+                                                 {CanFrameMeaning::sdo_response, 48},
                                                  {CanFrameMeaning::boot_up, 1}});
   CHECK(abnormal == 2);  // it was found in a fault, and reported 0x6320
   CHECK(bus.open_matters().empty());

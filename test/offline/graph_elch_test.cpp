@@ -17,7 +17,7 @@ using Catch::Contains;
 
 namespace {
 
-constexpr SharingRule rules[] = {SharingRule::trails, SharingRule::paper};
+constexpr CorrectionRule rules[] = {CorrectionRule::trails, CorrectionRule::paper};
 
 double mean_distance_m(const ConstraintGraph& graph, const std::vector<Pose>& truth) {
   double sum = 0;
@@ -31,7 +31,7 @@ double mean_distance_m(const ConstraintGraph& graph, const std::vector<Pose>& tr
 TEST_CASE("elch on a graph: one loop is closed exactly, in 3D and planar, forwards and backwards") {
   for (const bool is_planar : {false, true}) {
     for (const bool backwards : {false, true}) {
-      for (const SharingRule rule : rules) {
+      for (const CorrectionRule rule : rules) {
         ConstraintGraph graph = sample_graph({.loops = 0, .is_planar = is_planar});
         Constraint loop = graph.constraints.back();
         loop.from = backwards ? 180 : 20;
@@ -71,7 +71,7 @@ TEST_CASE("elch on a graph: a drive through a town comes closer to the truth, an
 
 TEST_CASE("elch on a graph: wherever it lies and however it is turned, the same comes out, moved with it") {
   for (const bool is_planar : {false, true}) {
-    for (const SharingRule rule : rules) {
+    for (const CorrectionRule rule : rules) {
       ConstraintGraph graph = sample_graph({.poses = 200, .loops = 12, .seed = 3, .is_planar = is_planar});
       for (Constraint& c : graph.constraints) {  // some edges are less sure ahead, others to the side
         c.information.row(c.to % 2) /= 5;
@@ -97,7 +97,7 @@ TEST_CASE("elch on a graph: wherever it lies and however it is turned, the same 
 
 TEST_CASE("elch on a graph: dense with loops, both rules stay bounded") {
   if (!test::has_test_data("pose_graphs/smallGrid3D.g2o")) return;
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     ConstraintGraph graph = read_graph(test::test_data("pose_graphs/smallGrid3D.g2o")).graph;
     const ElchResult result = close_loops_with_elch(graph, {.rule = rule});
     CHECK(result.loops == 173);

@@ -43,7 +43,7 @@ TEST_CASE("settings survive being written and read") {
   config.voxel.cell_size_m = 0.123456F;
   config.voxel.representative = CellRepresentative::center;
   config.scan_match.maximum_iterations = 77;
-  config.belief.maximum_rms_m = 1e-5;
+  config.loop_verification.maximum_rms_m = 1e-5;
   config.close_loops = false;
   const TemporaryFolder folder;
   MapperConfig read = default_settings(FrontEnd::standard);
@@ -67,8 +67,9 @@ TEST_CASE("a file changes what it names and nothing else") {
 TEST_CASE("what earlier versions called a table is read for ever, and only one of the two names at a time") {
   const TemporaryFolder folder;
   MapperConfig config = default_settings(FrontEnd::standard);
-  read_settings(folder.write("old.toml", "[belief]\nminimum_overlap = 0.25\n[step_belief]\nminimum_fit = 0.5\n"
-                                         "[sharing]\nrule = \"paper\"\n"),
+  read_settings(folder.write("old.toml",
+                             "[belief]\nminimum_overlap = 0.25\n[step_belief]\nminimum_fit = 0.5\n"
+                             "[sharing]\nrule = \"paper\"\n"),
                 config);
   CHECK(config.loop_verification.minimum_overlap == 0.25);
   CHECK(config.step_verification.minimum_fit == 0.5);

@@ -146,11 +146,11 @@ TEST_CASE("scans of more cells than the table has are mapped coarser, all of eac
   CHECK(pipeline.counters().scans_mapped == drive.counters.scans_mapped);
   CHECK(pipeline.counters().scans_thinned == drive.counters.scans_mapped);
   CHECK(drive.counters.scans_thinned == 0);
-  CHECK(notices.has("mapper: a scan has more cells than voxel.cell_capacity and is thinned out coarser"));
-  CHECK_FALSE(drive.notices.has("thinned out coarser"));
+  CHECK(notices.has("mapper: a scan has more cells than voxel.cell_capacity and is downsampled coarser"));
+  CHECK_FALSE(drive.notices.has("downsampled coarser"));
   for (const Recorded::KeptScan& kept : read_back(sink.bytes).scans) {
     if (!kept.scan.was_mapped) continue;
-    CHECK(kept.verdict == "mapped, thinned out coarser");
+    CHECK(kept.verdict == "mapped, downsampled coarser");
     CHECK(kept.scan.points_reduced <= 1000);
   }
 }
@@ -198,11 +198,11 @@ TEST_CASE("a good map is called good in the status, and no notice speaks of it")
 TEST_CASE(
     "a map whose steps stand on odometry alone is called bad in the status, once in a notice, with reasons") {
   PipelineConfig config = without_recording();
-  config.mapping.mapper.step_belief.minimum_overlap = 1;  // no match is believed
+  config.mapping.mapper.step_verification.minimum_overlap = 1;  // no match is believed
   const Judged outcome = judged(config);
   CHECK(outcome.status.health.verdict == MapVerdict::bad);
   CHECK(outcome.status.health.on_odometry >= 4);
-  CHECK(outcome.line.find(std::string("| MAP BAD: ") + text(outcome.status.health.doubt) + ", ") !=
+  CHECK(outcome.line.find(std::string("| MAP BAD: ") + to_string(outcome.status.health.doubt) + ", ") !=
         std::string::npos);
   CHECK(outcome.line.find(" steps on odometry |") != std::string::npos);
   CHECK(outcome.notices.has("mapper: the map is bad: too many steps stand on odometry alone; steps"));
@@ -213,7 +213,7 @@ TEST_CASE(
 TEST_CASE("without odometry, where nothing fits, a map falls into parts, and that is told") {
   PipelineConfig config = without_recording();
   config.scanner.has_odometry = false;
-  config.mapping.mapper.step_belief.minimum_overlap = 1;
+  config.mapping.mapper.step_verification.minimum_overlap = 1;
   const Judged outcome = judged(config);
   CHECK(outcome.status.health.verdict == MapVerdict::bad);
   CHECK(outcome.status.health.parts >= 4);
@@ -343,7 +343,7 @@ TEST_CASE("a recording ends at its limit with a whole file, is told, and mapping
   CHECK(are_same_bits(poses_of(pipeline), drive.poses));
 }
 
-TEST_CASE("a scan that fills more cells than there are is thinned out, and told at the first") {
+TEST_CASE("a scan that fills more cells than there are is downsampled, and told at the first") {
   const RecordedDrive& drive = recorded_drive();
   NoWires wires;
   NoticeList notices;
@@ -357,7 +357,7 @@ TEST_CASE("a scan that fills more cells than there are is thinned out, and told 
   REQUIRE(end_drive(pipeline));
   CHECK(pipeline.counters().scans_thinned > 3);
   CHECK(notices.has(
-      "mapper: a scan has more cells than voxel.cell_capacity and is thinned out coarser; its cell in mm"));
+      "mapper: a scan has more cells than voxel.cell_capacity and is downsampled coarser; its cell in mm"));
 }
 
 TEST_CASE(

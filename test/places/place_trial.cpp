@@ -18,7 +18,7 @@ class BlockMapper {
   explicit BlockMapper(const MapperConfig& config) : block_(Mapper::memory_required(config)) {
     Status status = Status::ok;
     mapper_ = Mapper::create(block_.bytes(), config, status);
-    if (mapper_ == nullptr) throw std::runtime_error(text(status));
+    if (mapper_ == nullptr) throw std::runtime_error(to_string(status));
   }
   Mapper* operator->() const { return mapper_; }
   [[nodiscard]] std::vector<std::byte> copy() const { return {block_.bytes().begin(), block_.bytes().end()}; }
@@ -64,7 +64,8 @@ void add_all(BlockMapper& mapper, const Feed& feed, const std::function<void(con
     const std::size_t edges = mapper->graph().edge_count();
     before.assign(mapper->graph().poses().begin(), mapper->graph().poses().end());
     const Status status = mapper->add_scan(feed.points(i), odometry, report);
-    if (status != Status::ok && status != Status::no_voxel_capacity) throw std::runtime_error(text(status));
+    if (status != Status::ok && status != Status::no_voxel_capacity)
+      throw std::runtime_error(to_string(status));
     if (mapper->loops().size() == known) continue;
     const std::span<const Edge> all = mapper->graph().edges();
     const bool has_step =
@@ -90,7 +91,7 @@ void offer_pairs(BlockMapper& mapper, const Feed& feed, Trial& trial) {
     const Pose before = poses[pair.first].inverse() * poses[pair.last];
     loop.before_from_after = before.inverse() * (feed.truth[pair.first].inverse() * feed.truth[pair.last]);
     const Status status = mapper->offer_loop(pair.first, pair.last, loop.report);
-    if (status != Status::ok) throw std::runtime_error(text(status));
+    if (status != Status::ok) throw std::runtime_error(to_string(status));
     judge(loop, mapper->graph(), feed.truth);
     loop.map_error_m = mean_error_m(mapper->graph().poses(), feed.truth);
     trial.offered.push_back(loop);

@@ -31,7 +31,7 @@ struct TriedLoop {
   [[nodiscard]] bool is_taken() const { return report.verdict == LoopVerdict::closed; }
   /// Taken, or right but not needed: what is not refused.
   [[nodiscard]] bool is_recognised() const {
-    return !std::string_view(text(report.verdict)).starts_with("refused");
+    return !std::string_view(to_string(report.verdict)).starts_with("refused");
   }
   [[nodiscard]] bool is_off() const {
     return is_taken() && (off_m > places::off_m || off_rad > places::off_rad);

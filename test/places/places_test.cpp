@@ -92,12 +92,12 @@ TEST_CASE("a mapper that believes everything is seen to close loops that are off
   for (const std::uint64_t seed : {1U, 2U}) {
     const PlaceDrive drive = drive_through(make_place(Kind::corridors, seed), Scanner::turning, 4);
     config = place_config(drive.truth.size());
-    config.belief.minimum_overlap = 0;
-    config.belief.maximum_rms_m = 1;
-    config.belief.maximum_mahalanobis2 = 1e9;
-    config.belief.minimum_wall_fit = 0;
-    config.belief.ambiguity_sigmas = 0;
-    config.belief.free_space_sigmas = 0;
+    config.loop_verification.minimum_overlap = 0;
+    config.loop_verification.maximum_rms_m = 1;
+    config.loop_verification.maximum_mahalanobis2 = 1e9;
+    config.loop_verification.minimum_wall_fit = 0;
+    config.loop_verification.ambiguity_sigmas = 0;
+    config.loop_verification.free_space_sigmas = 0;
     const Trial trial = try_mapper(drive, 1, config);
     for (const TriedLoop& loop : trial.offered) {
       if (loop.is_off()) ++off;

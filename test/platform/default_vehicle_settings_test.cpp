@@ -118,7 +118,7 @@ TEST_CASE("the default vehicle's scanner gets whole scans from the simulated one
   const settings::VehicleSettings vehicle = settings::default_vehicle_settings();
   const ScannerConfig& config = vehicle.scanner;
   REQUIRE(simulated_rig.byte_port(2).set_baud_rate(vehicle.gps_baud));
-  REQUIRE(problem(config) == nullptr);
+  REQUIRE(validate(config) == nullptr);
   std::vector<std::byte> memory(Scanner::memory_required(config) + Arena::alignment);
   void* start = memory.data();
   std::size_t space = memory.size();
@@ -134,7 +134,7 @@ TEST_CASE("the default vehicle's scanner gets whole scans from the simulated one
   const std::int64_t begin_ns = simulated_rig.now_ns();
   for (int second = 1; second <= 60 && (scans.complete < 3 || scanner->gps().counters().fixes == 0); ++second)
     simulated_rig.advance_to(begin_ns + second * ns_per_s, *scanner);
-  INFO(text(scanner->phase()) << ": " << scanner->reason() << ", " << scans.count << " scans");
+  INFO(to_string(scanner->phase()) << ": " << scanner->reason() << ", " << scans.count << " scans");
   CHECK(scans.complete >= 3);
   CHECK(scanner->encoder().is_speed_in_tolerance());
   CHECK(scanner->encoder().counters().index_relocks == 0);

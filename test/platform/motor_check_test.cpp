@@ -192,7 +192,7 @@ TEST_CASE("a drive without profile velocity mode, another node and another devic
 }
 
 TEST_CASE("a drive that would turn on without its master is a warning, as at every start") {
-  const std::string turns_on = text(MasterLossReaction::none);
+  const std::string turns_on = to_string(MasterLossReaction::none);
   auto drive = small_drive();
   drive.erase("6007");
   MotorFinding found = finding(drive);

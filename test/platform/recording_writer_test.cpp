@@ -77,7 +77,7 @@ TEST_CASE("a configuration or a block that does not do is refused by name") {
     spoil(bad);
     CHECK(RecordingWriter::create(tiny, bad, sink, nullptr, status) == nullptr);
     CHECK(status == RecordingStatus::bad_config);
-    CHECK(std::string(text(status)).find("configuration") != std::string::npos);
+    CHECK(std::string(to_string(status)).find("configuration") != std::string::npos);
   }
 }
 
@@ -359,7 +359,7 @@ TEST_CASE("a path longer than a chunk is thinned and keeps its last pose") {
   }
   CHECK(bench.writer->counters().messages_too_large == 0);
   CHECK(bench.writer->counters().paths_thinned == 3);
-  CHECK(was_told(bench, "the path is longer than a chunk and is thinned out; poses of it", 54));
+  CHECK(was_told(bench, "the path is longer than a chunk and is downsampled; poses of it", 54));
   REQUIRE(bench.writer->finish());
   MemorySource source(bench.sink.bytes);
   RecordingReader reader(source);

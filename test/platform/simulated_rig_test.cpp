@@ -966,5 +966,5 @@ TEST_CASE("the truth starts at the reference, and every fault has a text") {
   CHECK(origin.translation_m.norm() < 1e-9);
   CHECK(run.rig.map_from_body(run.at(30), run.at(20)).translation_m.norm() > 5);
   for (std::uint8_t fault = 0; fault < fault_count; ++fault)
-    CHECK(std::strcmp(text(static_cast<Fault>(fault)), "unknown fault") != 0);
+    CHECK(std::strcmp(to_string(static_cast<Fault>(fault)), "unknown fault") != 0);
 }

@@ -56,7 +56,7 @@ int run(const char* path, std::uint32_t event_count) {
   RecordingStatus status{};
   RecordingWriter* const writer = RecordingWriter::create(block, config, sink, nullptr, status);
   if (writer == nullptr) {
-    std::fprintf(stderr, "%s\n", text(status));
+    std::fprintf(stderr, "%s\n", to_string(status));
     return 1;
   }
   heap_is_forbidden = true;

@@ -235,7 +235,7 @@ class FakeNode {
   // ------------------------------------------------------------------------------------------------------
 
   void answer(std::uint8_t command, Address object, std::uint32_t value) {
-    CanFrame frame{.id = canopen::sdo_answer_cob_id(node), .size = 8};
+    CanFrame frame{.id = canopen::sdo_response_cob_id(node), .size = 8};
     frame.data[0] = command;
     frame.data[1] = static_cast<std::uint8_t>(object.first);
     frame.data[2] = static_cast<std::uint8_t>(object.first >> 8);
@@ -313,7 +313,7 @@ class FakeNode {
       case 3: {  // upload segment
         const auto& bytes = objects[segmented_];
         const std::size_t size = std::min<std::size_t>(bytes.size() - offset_, 7);
-        CanFrame reply{.id = canopen::sdo_answer_cob_id(node), .size = 8};
+        CanFrame reply{.id = canopen::sdo_response_cob_id(node), .size = 8};
         const bool is_last = offset_ + size == bytes.size();
         reply.data[0] = static_cast<std::uint8_t>((command & 0x10) | (7 - size) << 1 | (is_last ? 1 : 0));
         std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset_), size, reply.data.begin() + 1);

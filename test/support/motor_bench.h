@@ -38,7 +38,7 @@ inline MotorConfig motor_config() {
   config.velocity_tolerance_units = 200;
   config.stall_velocity_units = 20;
   config.boot_timeout_ns = 1 * ns_per_s;
-  config.sdo = {.answer_timeout_ns = 50 * ns_per_ms, .retry_limit = 1};
+  config.sdo = {.response_timeout_ns = 50 * ns_per_ms, .retry_limit = 1};
   config.transition_timeout_ns = 500 * ns_per_ms;
   config.attempt_limit = 3;
   config.back_off = {.first_ns = 100 * ns_per_ms, .maximum_ns = 400 * ns_per_ms};

@@ -111,14 +111,14 @@ def read_log(name):
     return rows
 
 
-def is_answer(frame):
+def is_response(frame):
     return frame.startswith('581#') and len(frame) == 20
 
 
 def offset_s(exported, dumped):
     """From the recording's clock to candump's: by the drive's answers, which both have in one order."""
-    a = [row for row in exported if is_answer(row[1])]
-    b = [row for row in dumped if is_answer(row[1])]
+    a = [row for row in exported if is_response(row[1])]
+    b = [row for row in dumped if is_response(row[1])]
     count = min(len(a), len(b), 20)
     if count < 5 or any(a[i][1] != b[i][1] for i in range(count)):
         sys.exit('the recording and candump have no answers of the drive in common')

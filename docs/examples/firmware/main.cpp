@@ -26,7 +26,7 @@ constexpr alces::MapperConfig config() {
   small.voxel.cell_capacity = 512;
   small.surface.sample_capacity = 96;
   small.surface.neighbors = 8;
-  small.belief.ambiguity_sigmas = 0;  // so few samples cannot tell one place from the next
+  small.loop_verification.ambiguity_sigmas = 0;  // so few samples cannot tell one place from the next
 
   small.correspondence_capacity = 800;
   small.cache_slots = 10;
@@ -85,18 +85,18 @@ bool drive(alces::Mapper& mapper) {
     const alces::Status status = mapper.add_scan(points, &odometry, report);
     board::end_counting();
     if (status != alces::Status::ok) {
-      std::printf("scan %d: %s\n", static_cast<int>(number), alces::text(status));
+      std::printf("scan %d: %s\n", static_cast<int>(number), alces::to_string(status));
       return false;
     }
     if (report.loop_offered)
       std::printf("loop %d-%d: %s, moved %d mm\n", static_cast<int>(report.loop.first),
-                  static_cast<int>(report.loop.last), alces::text(report.loop.verdict),
+                  static_cast<int>(report.loop.last), alces::to_string(report.loop.verdict),
                   in_thousandths(report.loop.correction_m));
   }
   alces::LoopReport loop;
   if (mapper.finish(loop))
     std::printf("loop %d-%d: %s, moved %d mm\n", static_cast<int>(loop.first), static_cast<int>(loop.last),
-                alces::text(loop.verdict), in_thousandths(loop.correction_m));
+                alces::to_string(loop.verdict), in_thousandths(loop.correction_m));
   return true;
 }
 
@@ -106,7 +106,7 @@ alces::Mapper* map(bool close_loops) {
   chosen.close_loops = close_loops;
   alces::Status status = alces::Status::ok;
   alces::Mapper* const mapper = alces::Mapper::create(arena, chosen, status);
-  if (mapper == nullptr) std::printf("%s\n", alces::text(status));
+  if (mapper == nullptr) std::printf("%s\n", alces::to_string(status));
   return mapper != nullptr && drive(*mapper) ? mapper : nullptr;
 }
 

@@ -42,9 +42,9 @@ int main() {
   for (const float x_m : {0.0F, 0.25F}) {  // the second scan is taken 25 cm further on; no odometry says so
     if (status == alces::Status::ok) status = mapper->add_scan(scan_from(x_m), nullptr, report);
   }
-  if (status != alces::Status::ok) return std::printf("%s\n", alces::text(status)), 1;
+  if (status != alces::Status::ok) return std::printf("%s\n", alces::to_string(status)), 1;
   const Eigen::Vector3d place_m = mapper->graph().poses()[1].translation_m;
   std::printf("%s after %u iterations: the second scan lies at x = %.2f m; %zu bytes\n",
-              alces::text(report.match), report.iterations, place_m.x(), block.size());
+              alces::to_string(report.match), report.iterations, place_m.x(), block.size());
   return std::fabs(place_m.x() - 0.25) < 0.02 ? 0 : 1;
 }

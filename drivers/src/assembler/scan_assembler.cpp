@@ -15,7 +15,7 @@ constexpr double back_rad = 0.05;
 
 }  // namespace
 
-const char* text(AssemblerStatus status) {
+const char* to_string(AssemblerStatus status) {
   switch (status) {
     case AssemblerStatus::ok:
       return "ok";
@@ -54,7 +54,7 @@ ScanAssembler* ScanAssembler::create(std::span<std::byte> block, const ScanAssem
                                      const HeadAngle& head, const Motion* motion, ScanSink& sink,
                                      NoticePort& notices, AssemblerStatus& status) {
   status = AssemblerStatus::bad_config;
-  if (problem(config) != nullptr) return nullptr;
+  if (validate(config) != nullptr) return nullptr;
   status = AssemblerStatus::block_misaligned;
   if (reinterpret_cast<std::uintptr_t>(block.data()) % Arena::alignment != 0) return nullptr;
   status = AssemblerStatus::block_too_small;

@@ -13,7 +13,7 @@ bool is_usable(const RayMask& mask) {
          !std::isnan(mask.maximum_range_m);
 }
 
-const char* problem(const LaserMounting& laser) {
+const char* validate(const LaserMounting& laser) {
   if (!is_valid(laser.head_from_laser)) return "head_from_laser is no pose";
   const bool is_range_good = laser.minimum_range_m >= 0 && laser.maximum_range_m > laser.minimum_range_m &&
                              std::isfinite(laser.maximum_range_m);
@@ -27,7 +27,7 @@ const char* problem(const LaserMounting& laser) {
 
 }  // namespace
 
-const char* problem(const ScanAssemblerConfig& config) {
+const char* validate(const ScanAssemblerConfig& config) {
   const ScanAssemblerCapacity& capacity = config.capacity;
   if (capacity.rays_per_profile == 0 || capacity.rays_per_profile > Profile::maximum_rays) {
     return "rays_per_profile is not between 1 and 1200";
@@ -37,7 +37,7 @@ const char* problem(const ScanAssemblerConfig& config) {
     return "laser_count is neither 1 nor 2";
   }
   for (std::uint32_t i = 0; i < config.laser_count; ++i) {
-    if (const char* const laser_problem = problem(config.lasers[i])) return laser_problem;
+    if (const char* const laser_problem = validate(config.lasers[i])) return laser_problem;
   }
   if (!is_valid(config.body_from_head)) return "body_from_head is no pose";
   if (!(config.turn_rad >= 0.1) || !(config.turn_rad <= 4 * std::numbers::pi)) {

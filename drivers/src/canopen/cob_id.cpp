@@ -2,7 +2,7 @@
 
 namespace alces::canopen {
 
-const char* text(Service service) {
+const char* to_string(Service service) {
   switch (service) {
     case Service::nmt:
       return "NMT command";
@@ -16,7 +16,7 @@ const char* text(Service service) {
       return "TPDO";
     case Service::rpdo:
       return "RPDO";
-    case Service::sdo_answer:
+    case Service::sdo_response:
       return "SDO answer";
     case Service::sdo_request:
       return "SDO request";
@@ -49,7 +49,7 @@ Origin origin_of(std::uint32_t cob_id) {
     case 0xA:
       return {Service::rpdo, node, static_cast<std::uint8_t>((function - 2) / 2)};
     case 0xB:
-      return {Service::sdo_answer, node, 0};
+      return {Service::sdo_response, node, 0};
     case 0xC:
       return {Service::sdo_request, node, 0};
     case 0xE:

@@ -4,7 +4,7 @@
 
 namespace alces::canopen {
 
-const char* text(NmtCommand command) {
+const char* to_string(NmtCommand command) {
   switch (command) {
     case NmtCommand::start:
       return "start";
@@ -20,7 +20,7 @@ const char* text(NmtCommand command) {
   return "unknown command";
 }
 
-const char* text(NmtState state) {
+const char* to_string(NmtState state) {
   switch (state) {
     case NmtState::boot_up:
       return "boot-up";

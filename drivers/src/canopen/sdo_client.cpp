@@ -8,7 +8,7 @@
 
 namespace alces::canopen {
 
-const char* text(SdoStatus status) {
+const char* to_string(SdoStatus status) {
   switch (status) {
     case SdoStatus::idle:
       return "idle";
@@ -96,7 +96,7 @@ void SdoClient::initiate(std::int64_t now_ns) {
 
 void SdoClient::ask(const CanFrame& request, std::int64_t now_ns) {
   request_ = request;
-  deadline_ns_ = now_ns + timing_.answer_timeout_ns;
+  deadline_ns_ = now_ns + timing_.response_timeout_ns;
   is_sent_ = port_.send(request_);
   if (!is_sent_) ++counters_.requests_not_taken;
 }
@@ -136,7 +136,7 @@ void SdoClient::on_tick(std::int64_t now_ns) {
   } else if (!is_sent_) {
     is_sent_ = port_.send(request_);
     if (is_sent_) {
-      deadline_ns_ = now_ns + timing_.answer_timeout_ns;
+      deadline_ns_ = now_ns + timing_.response_timeout_ns;
     } else {
       ++counters_.requests_not_taken;
     }
@@ -144,22 +144,22 @@ void SdoClient::on_tick(std::int64_t now_ns) {
 }
 
 bool SdoClient::on_frame(const CanFrame& frame, std::int64_t stamp_ns) {
-  if (frame.id != sdo_answer_cob_id(node_) || !frame.is_classical_data()) return false;
+  if (frame.id != sdo_response_cob_id(node_) || !frame.is_classical_data()) return false;
   const std::optional<SdoMessage> answer = decode_sdo(frame);
   if (!answer) {
     ++counters_.answers_malformed;
   } else if (!is_busy() || !is_sent_) {
     ++counters_.answers_late;
   } else {
-    on_answer(*answer, stamp_ns);
+    on_response(*answer, stamp_ns);
   }
   return true;
 }
 
-void SdoClient::on_answer(const SdoMessage& answer, std::int64_t stamp_ns) {
+void SdoClient::on_response(const SdoMessage& answer, std::int64_t stamp_ns) {
   const bool is_initiate = phase_ == Phase::initiate_download || phase_ == Phase::initiate_upload;
-  const bool names_object = answer.kind == SdoKind::abort || answer.kind == SdoKind::download_answer ||
-                            answer.kind == SdoKind::upload_answer;
+  const bool names_object = answer.kind == SdoKind::abort || answer.kind == SdoKind::download_response ||
+                            answer.kind == SdoKind::upload_response;
   // Servers may leave the object out when they abort a segment.
   const bool is_nameless_abort =
       answer.kind == SdoKind::abort && !is_initiate && answer.object == ObjectAddress{};
@@ -175,7 +175,7 @@ void SdoClient::on_answer(const SdoMessage& answer, std::int64_t stamp_ns) {
   }
   switch (phase_) {
     case Phase::initiate_download:
-      if (answer.kind != SdoKind::download_answer) break;
+      if (answer.kind != SdoKind::download_response) break;
       if (size_ <= 4) {
         finish(SdoStatus::done);
       } else {
@@ -184,7 +184,7 @@ void SdoClient::on_answer(const SdoMessage& answer, std::int64_t stamp_ns) {
       }
       return;
     case Phase::download_segment:
-      if (answer.kind != SdoKind::download_segment_answer) break;
+      if (answer.kind != SdoKind::download_segment_response) break;
       if (answer.toggle != toggle_) {
         ++counters_.answers_repeated;
         give_up(SdoStatus::bad_toggle, sdo_abort_toggle);
@@ -199,18 +199,18 @@ void SdoClient::on_answer(const SdoMessage& answer, std::int64_t stamp_ns) {
       }
       return;
     case Phase::initiate_upload:
-      if (answer.kind != SdoKind::upload_answer) break;
-      on_upload_answer(answer, stamp_ns);
+      if (answer.kind != SdoKind::upload_response) break;
+      on_upload_response(answer, stamp_ns);
       return;
     case Phase::upload_segment:
-      if (answer.kind != SdoKind::upload_segment_answer) break;
+      if (answer.kind != SdoKind::upload_segment_response) break;
       on_upload_segment(answer, stamp_ns);
       return;
   }
   ++counters_.answers_unexpected;
 }
 
-void SdoClient::on_upload_answer(const SdoMessage& answer, std::int64_t stamp_ns) {
+void SdoClient::on_upload_response(const SdoMessage& answer, std::int64_t stamp_ns) {
   if (answer.is_expedited) {
     (void)append(answer.bytes());
     finish(SdoStatus::done);

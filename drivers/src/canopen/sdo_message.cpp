@@ -46,23 +46,23 @@ void read_segment(std::span<const std::uint8_t, 8> bytes, SdoMessage& message) {
 
 }  // namespace
 
-const char* text(SdoKind kind) {
+const char* to_string(SdoKind kind) {
   switch (kind) {
     case SdoKind::download_request:
       return "write";
-    case SdoKind::download_answer:
+    case SdoKind::download_response:
       return "written";
     case SdoKind::download_segment_request:
       return "write segment";
-    case SdoKind::download_segment_answer:
+    case SdoKind::download_segment_response:
       return "segment written";
     case SdoKind::upload_request:
       return "read";
-    case SdoKind::upload_answer:
+    case SdoKind::upload_response:
       return "value";
     case SdoKind::upload_segment_request:
       return "read segment";
-    case SdoKind::upload_segment_answer:
+    case SdoKind::upload_segment_response:
       return "segment";
     case SdoKind::abort:
       return "abort";
@@ -75,8 +75,8 @@ const char* text(SdoKind kind) {
 std::optional<SdoMessage> decode_sdo(const CanFrame& frame) {
   if (!frame.is_classical_data() || frame.size != 8) return std::nullopt;
   const Service service = origin_of(frame.id).service;
-  if (service != Service::sdo_request && service != Service::sdo_answer) return std::nullopt;
-  const bool is_answer = service == Service::sdo_answer;
+  if (service != Service::sdo_request && service != Service::sdo_response) return std::nullopt;
+  const bool is_response = service == Service::sdo_response;
   const std::span<const std::uint8_t, 8> bytes(frame.data.data(), 8);
 
   SdoMessage message;
@@ -84,25 +84,25 @@ std::optional<SdoMessage> decode_sdo(const CanFrame& frame) {
   bool has_object = true;
   switch (bytes[0] >> 5) {  // the command specifier
     case 0:
-      message.kind = is_answer ? SdoKind::upload_segment_answer : SdoKind::download_segment_request;
+      message.kind = is_response ? SdoKind::upload_segment_response : SdoKind::download_segment_request;
       read_segment(bytes, message);
       has_object = false;
       break;
     case 1:
-      message.kind = is_answer ? SdoKind::download_segment_answer : SdoKind::download_request;
-      if (is_answer) {
+      message.kind = is_response ? SdoKind::download_segment_response : SdoKind::download_request;
+      if (is_response) {
         has_object = false;
       } else {
         read_initiate(bytes, message);
       }
       break;
     case 2:
-      message.kind = is_answer ? SdoKind::upload_answer : SdoKind::upload_request;
-      if (is_answer) read_initiate(bytes, message);
+      message.kind = is_response ? SdoKind::upload_response : SdoKind::upload_request;
+      if (is_response) read_initiate(bytes, message);
       break;
     case 3:
-      message.kind = is_answer ? SdoKind::download_answer : SdoKind::upload_segment_request;
-      has_object = is_answer;
+      message.kind = is_response ? SdoKind::download_response : SdoKind::upload_segment_request;
+      has_object = is_response;
       break;
     case 4:
       message.kind = SdoKind::abort;

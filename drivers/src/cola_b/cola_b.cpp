@@ -8,7 +8,7 @@
 namespace alces {
 namespace {
 
-constexpr std::int64_t answer_time_out_ns = 2 * ns_per_s;
+constexpr std::int64_t response_timeout_ns = 2 * ns_per_s;
 constexpr std::int64_t poll_pause_ns = 500 * ns_per_ms;
 constexpr std::int64_t poll_limit_ns = 90 * ns_per_s;
 constexpr std::int64_t shortest_back_off_ns = ns_per_s;
@@ -29,7 +29,7 @@ enum class Check : std::uint8_t {
 struct Step {
   const char* doing;
   std::string_view request;  ///< type and name
-  std::string_view answer;
+  std::string_view response;
   Check check;
   bool is_optional;  ///< an error answer is passed over
 };
@@ -193,7 +193,7 @@ const char* cola_b::error_text(std::uint32_t code) {
   }
 }
 
-const char* problem(const ColaBConfig& config) {
+const char* validate(const ColaBConfig& config) {
   if (!(config.scan_frequency_hz >= 1 && config.scan_frequency_hz <= 1000)) {
     return "scan_frequency_hz must be 1 to 1000";
   }
@@ -215,7 +215,7 @@ ColaB::ColaB(const ColaBConfig& config, BytePort& port, NoticePort& notices, Pro
       port_(port),
       notices_(notices),
       sink_(profiles),
-      spaced_notices_(notices, config_.name),
+      notice_limiter_(notices, config_.name),
       clock_({.block_ns = ns_per_s, .block_count = 32, .maximum_drift = 1e-3, .jump_ns = ns_per_s}) {}
 
 LaserState ColaB::state() const {
@@ -254,7 +254,7 @@ void ColaB::enter(Phase phase, const char* reason) {
 
 void ColaB::start(std::int64_t now_ns) {
   if (is_started_) return;
-  if (const char* what = problem(config_); what != nullptr) {
+  if (const char* what = validate(config_); what != nullptr) {
     enter(Phase::bad_config, what);
     raise(now_ns, Severity::error, what);
     return;
@@ -421,7 +421,7 @@ void ColaB::transmit(std::int64_t now_ns) {
   ++counters_.requests;
   if (!port_.write(std::span(frame).first(size))) ++counters_.writes_refused;
   if (tries_left_ > 0) --tries_left_;
-  deadline_ns_ = now_ns + answer_time_out_ns;
+  deadline_ns_ = now_ns + response_timeout_ns;
 }
 
 void ColaB::back_off(std::int64_t now_ns, const char* why, std::int64_t value) {
@@ -468,25 +468,26 @@ void ColaB::on_payload(std::span<const std::uint8_t> payload, std::int64_t stamp
     return;
   }
   // Recordings of earlier versions do not know the question.
-  if (phase_ == Phase::in_dialogue && step_ == ask_range && begins_with(payload, dialogue[stream].answer))
+  if (phase_ == Phase::in_dialogue && step_ == ask_range && begins_with(payload, dialogue[stream].response))
     step_ = stream;
-  const bool awaits_answer =
+  const bool awaits_response =
       (phase_ == Phase::in_dialogue && !is_waiting_to_ask_) || phase_ == Phase::stopping;
-  if (awaits_answer && begins_with(payload, "sFA")) {
-    on_error_answer(payload, stamp_ns);
-  } else if (phase_ == Phase::stopping && begins_with(payload, dialogue[stream].answer)) {
+  if (awaits_response && begins_with(payload, "sFA")) {
+    on_error_response(payload, stamp_ns);
+  } else if (phase_ == Phase::stopping && begins_with(payload, dialogue[stream].response)) {
     // 1 confirms an earlier start that crossed our request.
-    const auto result = after_name(payload, dialogue[stream].answer);
+    const auto result = after_name(payload, dialogue[stream].response);
     if (!result.empty() && result[0] == 0) enter(Phase::stopped, "stopped");
-  } else if (awaits_answer && phase_ == Phase::in_dialogue && begins_with(payload, dialogue[step_].answer)) {
-    on_answer(after_name(payload, dialogue[step_].answer), stamp_ns);
+  } else if (awaits_response && phase_ == Phase::in_dialogue &&
+             begins_with(payload, dialogue[step_].response)) {
+    on_response(after_name(payload, dialogue[step_].response), stamp_ns);
   } else {
     ++counters_.telegrams_ignored;
   }
 }
 
-void ColaB::on_error_answer(std::span<const std::uint8_t> payload, std::int64_t now_ns) {
-  ++counters_.error_answers;
+void ColaB::on_error_response(std::span<const std::uint8_t> payload, std::int64_t now_ns) {
+  ++counters_.error_responses;
   const std::size_t at = payload.size() > 3 && payload[3] == ' ' && payload.size() > 5 ? 4 : 3;
   const std::uint32_t code = payload.size() >= at + 2 ? payload[at] * 256U + payload[at + 1] : 0U;
   const char* why = cola_b::error_text(code);
@@ -501,7 +502,7 @@ void ColaB::on_error_answer(std::span<const std::uint8_t> payload, std::int64_t 
   }
 }
 
-void ColaB::on_answer(std::span<const std::uint8_t> result, std::int64_t now_ns) {
+void ColaB::on_response(std::span<const std::uint8_t> result, std::int64_t now_ns) {
   const auto refused = [&](const char* why) {
     ++counters_.refusals;
     back_off(now_ns, why);
@@ -561,7 +562,7 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
   const std::uint32_t rays_per_turn = scan ? cola_b::rays_per_turn(scan->dist1.angle_step) : 0;
   if (rays_per_turn == 0 || scan->scan_frequency == 0 || scan->dist1.count > Profile::maximum_rays) {
     ++counters_.unreadable_scans;
-    spaced_notices_.raise(NoticeKind::unreadable, Severity::error, stamp_ns, "scan data cannot be used; rays",
+    notice_limiter_.raise(NoticeKind::unreadable, Severity::error, stamp_ns, "scan data cannot be used; rays",
                           scan ? std::int64_t{scan->dist1.count} : 0);
     return;
   }
@@ -569,7 +570,7 @@ void ColaB::on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns
   if (has_layers_) {  // the middle one, too: its telegrams are every fourth, its times other than a 2D
                       // laser's
     ++counters_.layers_refused;
-    spaced_notices_.raise(
+    notice_limiter_.raise(
         NoticeKind::layers, Severity::error, stamp_ns,
         "the laser scans in several layers (MRS 1000, say): it has no driver, and none of its scans is used",
         static_cast<std::int64_t>(counters_.layers_refused));

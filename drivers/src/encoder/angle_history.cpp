@@ -5,7 +5,7 @@
 
 namespace alces {
 
-const char* text(AngleStatus status) {
+const char* to_string(AngleStatus status) {
   switch (status) {
     case AngleStatus::ok:
       return "ok";

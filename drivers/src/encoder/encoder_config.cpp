@@ -26,7 +26,7 @@ bool lines_differ(const EncoderConfig& config) {
 
 }  // namespace
 
-const char* problem(const EncoderConfig& config) {
+const char* validate(const EncoderConfig& config) {
   constexpr std::uint8_t none = EncoderConfig::no_line;
   if (!lines_differ(config)) return "two signals of the encoder are on one line";
   if ((config.a_line == none) != (config.b_line == none)) return "quadrature needs both lines, A and B";

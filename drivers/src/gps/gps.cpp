@@ -16,7 +16,7 @@ constexpr std::uint8_t ubx_second_byte = 0x62;
 
 }  // namespace
 
-const char* problem(const GpsConfig& config) {
+const char* validate(const GpsConfig& config) {
   if (config.maximum_age_ns <= 0) return "maximum_age must be positive";
   if (!(config.maximum_speed_m_s > 0)) return "maximum_speed_m_s must be positive";
   if (!(config.jump_slack_m >= 0)) return "jump_slack_m must not be negative";

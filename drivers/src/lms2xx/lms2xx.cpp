@@ -67,7 +67,7 @@ std::uint32_t word_at(std::span<const std::uint8_t> data, std::size_t place) {
 
 }  // namespace
 
-const char* problem(const Lms2xxConfig& config) {
+const char* validate(const Lms2xxConfig& config) {
   if (rate_mode(config.baud) == 0) return "baud must be 9600, 19200, 38400 or 500000";
   for (const std::uint32_t baud : config.candidate_bauds) {
     if (baud != 0 && rate_mode(baud) == 0) return "candidate bauds must be 9600, 19200, 38400 or 500000";
@@ -136,7 +136,7 @@ void Lms2xx::enter(Phase phase, const char* reason) {
 
 void Lms2xx::start(std::int64_t now_ns) {
   if (is_started_) return;
-  if (const char* what = problem(config_); what != nullptr) {
+  if (const char* what = validate(config_); what != nullptr) {
     enter(Phase::bad_config, what);
     raise(now_ns, Severity::error, what);
     return;
@@ -269,7 +269,7 @@ void Lms2xx::on_tick(std::int64_t now_ns) {
 
 // ---- requests
 
-bool Lms2xx::awaits_answer() const {
+bool Lms2xx::awaits_response() const {
   switch (phase_) {
     case Phase::stopped:
     case Phase::bad_config:
@@ -337,7 +337,7 @@ void Lms2xx::on_ack(std::int64_t now_ns) {
 }
 
 void Lms2xx::on_nak(std::int64_t now_ns) {
-  if (!awaits_answer() || (phase_ == Phase::searching && !rate_is_proven_)) return;
+  if (!awaits_response() || (phase_ == Phase::searching && !rate_is_proven_)) return;
   ++counters_.naks;
   repeat_or_give_up(now_ns, "the laser refuses every telegram (NAK): is the line disturbed?");
 }
@@ -420,8 +420,8 @@ void Lms2xx::on_telegram(const Telegram& telegram, std::int64_t end_stamp_ns, st
     }
     return;
   }
-  if (awaits_answer() && telegram.command == (request_[0] | lms2xx::reply_bit)) {
-    on_answer(telegram, now_ns);
+  if (awaits_response() && telegram.command == (request_[0] | lms2xx::reply_bit)) {
+    on_response(telegram, now_ns);
     return;
   }
   ++counters_.telegrams_ignored;
@@ -435,7 +435,7 @@ void Lms2xx::on_telegram(const Telegram& telegram, std::int64_t end_stamp_ns, st
   }
 }
 
-void Lms2xx::on_answer(const Telegram& telegram, std::int64_t now_ns) {
+void Lms2xx::on_response(const Telegram& telegram, std::int64_t now_ns) {
   const std::span<const std::uint8_t> data = telegram.data;
   const std::uint8_t result = data.empty() ? std::uint8_t{0xff} : data[0];
   const auto refused = [&](const char* why) {

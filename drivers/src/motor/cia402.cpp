@@ -2,7 +2,7 @@
 
 namespace alces::cia402 {
 
-const char* text(State state) {
+const char* to_string(State state) {
   switch (state) {
     case State::unknown:
       return "its statusword is no state of CiA 402";

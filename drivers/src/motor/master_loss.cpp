@@ -27,7 +27,7 @@ MasterLossReaction reaction_of(std::uint16_t option_code) {
 
 }  // namespace
 
-const char* text(MasterLossReaction reaction) {
+const char* to_string(MasterLossReaction reaction) {
   switch (reaction) {
     case MasterLossReaction::unknown:
       return "it is not known whether the drive stops by itself when nobody commands it: cut its torque by "
@@ -74,7 +74,7 @@ void MasterLoss::advance(std::int64_t now_ns) {
   if (is_begun_) {
     if (sdo_.is_busy()) return;
     is_begun_ = false;
-    take_answer();
+    take_response();
   }
   switch (step_) {
     case Step::read_consumer:
@@ -92,7 +92,7 @@ void MasterLoss::advance(std::int64_t now_ns) {
   }
 }
 
-void MasterLoss::take_answer() {
+void MasterLoss::take_response() {
   const SdoStatus status = sdo_.status();
   const bool is_done = status == SdoStatus::done;
   if (!is_done && status != SdoStatus::aborted) {

@@ -22,10 +22,10 @@ constexpr std::uint32_t ticks_until_clock_step = 3;
 
 Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, DriveFeedbackSink& sink)
     : config_(config),
-      config_status_(check(config)),
+      config_status_(validate(config)),
       port_(port),
       notices_(notices),
-      spaced_notices_(notices, config_.name),
+      notice_limiter_(notices, config_.name),
       sink_(sink),
       sdo_(config.node, config.sdo, port),
       configurator_(sdo_),
@@ -45,7 +45,7 @@ Motor::Motor(const MotorConfig& config, CanPort& port, NoticePort& notices, Driv
   const auto listen_to = [this](std::uint16_t cob_id) {
     (void)cob_ids_.add(cob_id);
   };  // room for all of them
-  listen_to(canopen::sdo_answer_cob_id(config_.node));
+  listen_to(canopen::sdo_response_cob_id(config_.node));
   listen_to(canopen::heartbeat_cob_id(config_.node));
   listen_to(canopen::emcy_cob_id(config_.node));
   if (config_.permit.source == PermitSource::can) listen_to(config_.permit.cob_id);
@@ -64,7 +64,7 @@ void Motor::start(std::int64_t now_ns) {
   due_ns_ = no_stamp_ns;
   if (config_status_ != MotorConfigStatus::ok) {
     ++counters_.failures_final;
-    enter(MotorState::failed, MotorReason::bad_configuration, text(config_status_));
+    enter(MotorState::failed, MotorReason::bad_configuration, to_string(config_status_));
     return;
   }
   is_master_loss_told_ = false;
@@ -96,7 +96,7 @@ void Motor::on_frame(const CanFrame& frame, std::int64_t received_ns) {
   } else if (!frame.is_classical_data()) {
     ++counters_.frames_not_canopen;
   } else if (frame.id == canopen::sync_cob_id && !config_.is_sync_producer) {
-    beat(stamp_ns);
+    on_sync_cycle(stamp_ns);
   } else if (sdo_.on_frame(frame, now_ns_)) {
     is_node_heard_ = true;
     on_sdo();
@@ -198,9 +198,10 @@ void Motor::on_tick(std::int64_t now_ns) {
   step();
   if (!is_cyclic_) return;
   if (config_.sync.period_ns == 0) {
-    if (last_beat_ns_ == no_stamp_ns || now_ns_ - last_beat_ns_ >= config_.control_period_ns) beat(now_ns_);
+    if (last_cycle_ns_ == no_stamp_ns || now_ns_ - last_cycle_ns_ >= config_.control_period_ns)
+      on_sync_cycle(now_ns_);
   } else if (sync_.on_tick(now_ns_, port_)) {
-    beat(now_ns_);
+    on_sync_cycle(now_ns_);
   }
 }
 
@@ -213,8 +214,8 @@ void Motor::step() {
     }
     seen_state_ = process_data_.state();
     seen_state_since_ns_ = now_ns_;
-    reset_beats_ = 0;
-    enable_beats_ = 0;
+    reset_cycles_ = 0;
+    enable_cycles_ = 0;
   }
   switch (state_) {
     case MotorState::stopped:
@@ -257,7 +258,7 @@ void Motor::enter(MotorState state, MotorReason reason, const char* detail) {
   detail_ = detail;
   Severity severity = is_failure(reason) ? Severity::warning : Severity::info;
   if (state == MotorState::failed || state == MotorState::unconfirmed) severity = Severity::error;
-  tell(severity, text(reason));
+  tell(severity, to_string(reason));
   if (*detail != '\0') tell(severity, detail);
 }
 
@@ -302,14 +303,14 @@ void Motor::on_drive(std::int64_t stamp_ns) {
     const bool is_still = cia402::has_no_torque(process_data_.state()) && feedback.velocity_units == 0 &&
                           process_data_.statusword_stamp_ns() >= stop_phase_since_ns_;
     if (!is_still) {
-      still_beats_ = 0;
-    } else if (still_beats_ < UINT8_MAX) {
-      ++still_beats_;
+      still_cycles_ = 0;
+    } else if (still_cycles_ < UINT8_MAX) {
+      ++still_cycles_;
     }
   }
   const bool does_warn = (feedback.statusword & cia402::statusword_warning) != 0;
   if (does_warn && !is_warning_told_)
-    spaced_notices_.raise(NoticeKind::drive_warns, Severity::warning, now_ns_ - ahead_ns_, "the drive warns",
+    notice_limiter_.raise(NoticeKind::drive_warns, Severity::warning, now_ns_ - ahead_ns_, "the drive warns",
                           feedback.statusword);
   is_warning_told_ = does_warn;
   step();

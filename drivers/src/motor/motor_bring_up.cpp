@@ -15,7 +15,7 @@ namespace {
 
 /// A controlword is obeyed at the next SYNC, shows in the PDO after that, and is believed with the one after
 /// that.
-constexpr std::uint8_t beats_until_believed = 4;
+constexpr std::uint8_t cycles_until_verified = 4;
 
 }  // namespace
 
@@ -123,7 +123,7 @@ void Motor::configuration_failed() {
   const ConfigurationStep step = configurator_.step();
   const SdoStatus status = sdo_.status();
   MotorReason reason = MotorReason::sdo_malformed;
-  const char* detail = text(status);
+  const char* detail = to_string(status);
   std::int64_t found = -1;
   if (configurator_.status() == Configurator::Status::value_differs) {
     reason = MotorReason::wrong_device;
@@ -151,7 +151,7 @@ void Motor::begin_cycle() {
   is_configured_ = true;
   is_cyclic_ = true;
   cyclic_since_ns_ = now_ns_;
-  last_beat_ns_ = no_stamp_ns;
+  last_cycle_ns_ = no_stamp_ns;
   commanded_velocity_units_ = 0;
   process_data_.reset();
   order(NmtCommand::start);
@@ -171,14 +171,14 @@ void Motor::find_out_master_loss() {
   if (!master_loss_.is_done() || is_master_loss_told_) return;
   is_master_loss_told_ = true;
   const MasterLossReaction reaction = master_loss_.reaction();
-  tell(is_unsafe(reaction) ? Severity::warning : Severity::info, text(reaction));
+  tell(is_unsafe(reaction) ? Severity::warning : Severity::info, to_string(reaction));
 }
 
 void Motor::begin_enabling() {
   is_reading_mode_ = false;
   was_fault_reset_ = false;
-  reset_beats_ = 0;
-  enable_beats_ = 0;
+  reset_cycles_ = 0;
+  enable_cycles_ = 0;
   seen_state_ = process_data_.state();
   seen_state_since_ns_ = now_ns_;
   enter(MotorState::enabling, MotorReason::walks_to_enabled);
@@ -205,7 +205,7 @@ void Motor::step_enabling() {
   }
   if (drive == State::operation_enabled) {
     // A drive that was enabled when we met it may yet obey the controlword that we sent before we knew.
-    if (enable_beats_ < beats_until_believed) return;
+    if (enable_cycles_ < cycles_until_verified) return;
     if (!config_.verifies_mode) {
       begin_ramping();
     } else if (!is_reading_mode_ && is_late) {
@@ -221,14 +221,14 @@ void Motor::step_enabling() {
   if (drive == State::unknown && statusword == 0) {  // never one since it was met
     fail(MotorReason::no_process_data, Recovery::begin_anew);
   } else if (drive == State::unknown) {
-    fail(MotorReason::transition_refused, Recovery::begin_anew, cia402::text(drive));
+    fail(MotorReason::transition_refused, Recovery::begin_anew, cia402::to_string(drive));
   } else if ((statusword & cia402::statusword_remote) == 0) {
     fail(MotorReason::transition_refused, Recovery::enable_again,
          "its remote bit is clear: it obeys somebody else");
   } else if ((statusword & cia402::statusword_voltage_enabled) == 0) {
     fail(MotorReason::transition_refused, Recovery::enable_again, "its power stage has no voltage");
   } else {
-    fail(MotorReason::transition_refused, Recovery::enable_again, cia402::text(drive));
+    fail(MotorReason::transition_refused, Recovery::enable_again, cia402::to_string(drive));
   }
 }
 
@@ -238,7 +238,7 @@ void Motor::on_mode_read() {
   if (sdo_.status() == SdoStatus::aborted) {
     fail(MotorReason::sdo_aborted, Recovery::begin_anew, canopen::sdo_abort_text(sdo_.abort_code()));
   } else if (sdo_.status() != SdoStatus::done) {
-    fail(MotorReason::sdo_timed_out, Recovery::begin_anew, text(sdo_.status()));
+    fail(MotorReason::sdo_timed_out, Recovery::begin_anew, to_string(sdo_.status()));
   } else if ((sdo_.value() & 0xFF) == cia402::profile_velocity_mode) {
     if (process_data_.state() == cia402::State::operation_enabled) begin_ramping();
   }
@@ -260,7 +260,7 @@ bool Motor::is_drive_well() {
     return false;
   }
   if (drive != State::operation_enabled) {
-    fail(MotorReason::operation_left, Recovery::enable_again, cia402::text(drive));
+    fail(MotorReason::operation_left, Recovery::enable_again, cia402::to_string(drive));
     return false;
   }
   if (are_pdos_late()) {

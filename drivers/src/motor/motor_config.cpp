@@ -12,7 +12,7 @@ namespace {
 using canopen::PdoConfig;
 using canopen::PdoDirection;
 using canopen::PdoEntry;
-using Pdos = FixedTable<PdoConfig, MotorConfig::maximum_pdos>;
+using Pdos = StaticVector<PdoConfig, MotorConfig::maximum_pdos>;
 
 const PdoConfig* pdo_with(const Pdos& pdos, std::uint16_t index, std::uint8_t bits) {
   const auto* found = std::ranges::find_if(pdos, [&](const PdoConfig& pdo) {
@@ -36,7 +36,7 @@ bool are_addressable(const Pdos& pdos) {
 }
 
 bool share_cob_id(const MotorConfig& config) {
-  FixedTable<std::uint16_t, 2 * MotorConfig::maximum_pdos> used;
+  StaticVector<std::uint16_t, 2 * MotorConfig::maximum_pdos> used;
   const auto is_new = [&used](std::uint16_t cob_id) {
     return std::ranges::find(used, cob_id) == used.end() && used.add(cob_id);
   };
@@ -54,7 +54,7 @@ bool are_times_good(const MotorConfig& config) {
     return false;
   if (config.sync.period_ns == 0 && config.control_period_ns <= 0) return false;
   return config.own_heartbeat_period_ns >= 0 && config.own_heartbeat_timeout_ms <= 0xFFFF &&
-         config.sdo.answer_timeout_ns > 0 && config.spin_up_timeout_ns > 0 && config.settle_time_ns >= 0 &&
+         config.sdo.response_timeout_ns > 0 && config.spin_up_timeout_ns > 0 && config.settle_time_ns >= 0 &&
          config.deviation_time_ns >= 0 && config.stop_timeout_ns > 0 && config.stop_confirm_timeout_ns > 0 &&
          config.boot_timeout_ns > 0 && config.transition_timeout_ns > 0 && config.pdo_timeout_ns >= 0 &&
          config.healthy_after_ns >= 0;
@@ -76,7 +76,7 @@ bool is_speed_good(const MotorConfig& config) {
 
 }  // namespace
 
-const char* text(MotorConfigStatus status) {
+const char* to_string(MotorConfigStatus status) {
   switch (status) {
     case MotorConfigStatus::ok:
       return "ok";
@@ -117,7 +117,7 @@ const char* text(MotorConfigStatus status) {
   return "unknown";
 }
 
-MotorConfigStatus check(const MotorConfig& config) {
+MotorConfigStatus validate(const MotorConfig& config) {
   using Status = MotorConfigStatus;
   if (!canopen::is_node(config.node) || !canopen::is_node(config.own_node) ||
       config.node == config.own_node || config.axis > 7) {
@@ -180,7 +180,7 @@ MotorConfigStatus check(const MotorConfig& config) {
   const bool is_back_off_good =
       config.back_off.first_ns > 0 && config.back_off.maximum_ns >= config.back_off.first_ns;
   if (!is_back_off_good) return Status::bad_back_off;
-  if (problem(config.permit) != nullptr) return Status::bad_permit;
+  if (validate(config.permit) != nullptr) return Status::bad_permit;
   return Status::ok;
 }
 

@@ -8,17 +8,17 @@ namespace alces {
 namespace {
 
 /// Beats of controlword 0 before the rising edge of a fault reset: one of them may be lost.
-constexpr std::uint8_t beats_before_reset = 3;
+constexpr std::uint8_t cycles_before_reset = 3;
 constexpr std::uint16_t beats_until_echo_is_missed = 200;
 
 }  // namespace
 
-void Motor::beat(std::int64_t now_ns) {
+void Motor::on_sync_cycle(std::int64_t now_ns) {
   if (config_.sync.period_ns > 0) process_data_.on_sync(now_ns);
   if (!is_cyclic_ || pending_order_) return;
   watch_echoes();
   ramp(now_ns);
-  last_beat_ns_ = now_ns;
+  last_cycle_ns_ = now_ns;
   const std::uint16_t controlword = next_controlword();
   const auto velocity_units = static_cast<std::int32_t>(std::lround(commanded_velocity_units_));
   for (std::size_t number = 0; number < process_data_.rpdo_count(); ++number) {
@@ -38,12 +38,12 @@ void Motor::watch_echoes() {
 void Motor::ramp(std::int64_t now_ns) {
   const double target_units = is_driving() ? config_.target_velocity_units : 0.0;
   const bool may_ramp = is_driving() || state_ == MotorState::stopping;
-  if (config_.ramp_units_per_s == 0 || !may_ramp || last_beat_ns_ == no_stamp_ns) {
+  if (config_.ramp_units_per_s == 0 || !may_ramp || last_cycle_ns_ == no_stamp_ns) {
     commanded_velocity_units_ = target_units;
     return;
   }
   const double step_units =
-      config_.ramp_units_per_s * seconds(std::max<std::int64_t>(now_ns - last_beat_ns_, 0));
+      config_.ramp_units_per_s * seconds(std::max<std::int64_t>(now_ns - last_cycle_ns_, 0));
   commanded_velocity_units_ += std::clamp(target_units - commanded_velocity_units_, -step_units, step_units);
 }
 
@@ -54,17 +54,17 @@ std::uint16_t Motor::next_controlword() {
   switch (state_) {
     case MotorState::enabling:
       if (drive == State::fault) {
-        if (reset_beats_ < beats_before_reset) {
-          ++reset_beats_;
+        if (reset_cycles_ < cycles_before_reset) {
+          ++reset_cycles_;
           return controlword::disable_voltage;
         }
-        if (reset_beats_ == beats_before_reset) {
-          ++reset_beats_;
+        if (reset_cycles_ == cycles_before_reset) {
+          ++reset_cycles_;
           ++counters_.fault_resets;
         }
         return controlword::fault_reset;
       }
-      if (drive == State::operation_enabled && enable_beats_ < UINT8_MAX) ++enable_beats_;
+      if (drive == State::operation_enabled && enable_cycles_ < UINT8_MAX) ++enable_cycles_;
       return cia402::controlword_towards(State::operation_enabled, drive);
     case MotorState::ramping:
     case MotorState::running:

@@ -81,7 +81,7 @@ void Motor::hold(MotorReason reason) {
   is_reading_error_code_ = false;
   due_ns_ = no_stamp_ns;
   is_disabled_told_ = false;
-  still_beats_ = 0;
+  still_cycles_ = 0;
   stop_phase_since_ns_ = now_ns_;
   ++counters_.holds;
   enter(MotorState::held, reason);
@@ -114,7 +114,7 @@ void Motor::step_held() {
   } else if (are_pdos_late()) {
     keep_disabled_by_sdo();
   } else if (!is_disabled_told_ && now_ns_ - stop_phase_since_ns_ >= config_.stop_timeout_ns) {
-    tell(Severity::warning, text(MotorReason::does_not_stop));
+    tell(Severity::warning, to_string(MotorReason::does_not_stop));
     keep_disabled_by_sdo();
   }
 }

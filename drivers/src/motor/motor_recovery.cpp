@@ -10,7 +10,7 @@ using canopen::NmtState;
 namespace {
 
 /// PDOs in a row that must say "no torque, speed 0".
-constexpr std::uint8_t beats_until_stopped = 3;
+constexpr std::uint8_t cycles_until_stopped = 3;
 
 }  // namespace
 
@@ -152,7 +152,7 @@ void Motor::on_node_state() {
     case MotorState::ramping:
     case MotorState::running:
       if (!is_operational)
-        fail(MotorReason::node_not_operational, Recovery::begin_anew, text(heartbeat_.state()));
+        fail(MotorReason::node_not_operational, Recovery::begin_anew, to_string(heartbeat_.state()));
       break;
     default:
       break;
@@ -180,7 +180,7 @@ void Motor::begin_stop(StopPhase phase, MotorReason reason) {
 void Motor::begin_stop_phase(StopPhase phase) {
   const bool was_by_sdo = stop_phase_ == StopPhase::by_sdo;
   stop_phase_ = phase;
-  still_beats_ = 0;
+  still_cycles_ = 0;
   if (phase != StopPhase::by_sdo) {
     stop_phase_since_ns_ = now_ns_;
     return;
@@ -198,7 +198,7 @@ void Motor::begin_stop_phase(StopPhase phase) {
 
 /// PDOs say so, more than one in a row: one alone may be an old one.
 bool Motor::is_stop_seen() const {
-  return still_beats_ >= beats_until_stopped && cia402::has_no_torque(process_data_.state());
+  return still_cycles_ >= cycles_until_stopped && cia402::has_no_torque(process_data_.state());
 }
 
 void Motor::step_stopping() {
@@ -220,7 +220,7 @@ void Motor::step_stopping() {
       if (!has_torque || (commanded_velocity_units_ == 0 && is_standing())) {
         begin_stop_phase(StopPhase::disable);
       } else if (elapsed_ns >= config_.stop_timeout_ns) {
-        tell(Severity::warning, text(MotorReason::does_not_stop));
+        tell(Severity::warning, to_string(MotorReason::does_not_stop));
         begin_stop_phase(StopPhase::quick);
       }
       break;
@@ -228,7 +228,7 @@ void Motor::step_stopping() {
       if (!has_torque) {
         begin_stop_phase(StopPhase::disable);
       } else if (elapsed_ns >= config_.stop_timeout_ns) {
-        tell(Severity::warning, text(MotorReason::does_not_stop));
+        tell(Severity::warning, to_string(MotorReason::does_not_stop));
         begin_stop_phase(StopPhase::disable);
       }
       break;
@@ -267,12 +267,12 @@ void Motor::finish_stop(bool is_confirmed) {
   }
   ++counters_.stops_unconfirmed;
   if (is_link_up_ && config_status_ == MotorConfigStatus::ok) order(NmtCommand::enter_pre_operational);
-  const bool has_answered = stop_by_sdo_.state() != cia402::State::unknown;
+  const bool has_responded = stop_by_sdo_.state() != cia402::State::unknown;
   const char* said = "it does not answer";
   if (!is_link_up_) said = "the CAN bus is down";
-  if (has_answered) said = cia402::text(stop_by_sdo_.state());
+  if (has_responded) said = cia402::to_string(stop_by_sdo_.state());
   enter(MotorState::unconfirmed, MotorReason::stop_not_confirmed, said);
-  if (has_answered && stop_by_sdo_.has_velocity())
+  if (has_responded && stop_by_sdo_.has_velocity())
     tell(Severity::error, "its velocity in the drive's unit", stop_by_sdo_.velocity_units());
 }
 

@@ -2,7 +2,7 @@
 
 namespace alces {
 
-const char* text(MotorState state) {
+const char* to_string(MotorState state) {
   switch (state) {
     case MotorState::stopped:
       return "stopped";
@@ -30,7 +30,7 @@ const char* text(MotorState state) {
   return "unknown";
 }
 
-const char* text(MotorReason reason) {
+const char* to_string(MotorReason reason) {
   switch (reason) {
     case MotorReason::not_started:
       return "not started";

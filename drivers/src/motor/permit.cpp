@@ -2,7 +2,7 @@
 
 namespace alces {
 
-const char* problem(const PermitConfig& config) {
+const char* validate(const PermitConfig& config) {
   switch (config.source) {
     case PermitSource::none:
       return nullptr;

@@ -21,7 +21,7 @@ ProcessData::ProcessData(const MotorConfig& config) : echo_patience_ns_(4 * conf
     tpdo.cob_id = pdo.cob_id_of(PdoDirection::from_node, config.node);
     tpdo.bytes = pdo.bytes();
     if (has_sync && canopen::is_cyclic_on_sync(pdo.transmission_type))
-      tpdo.beats_between = pdo.transmission_type;
+      tpdo.cycles_between = pdo.transmission_type;
     tpdo.statusword = field_or_none(pdo, of_axis(cia402::statusword_index, config.axis));
     tpdo.position = field_or_none(pdo, of_axis(cia402::position_index, config.axis));
     tpdo.velocity = field_or_none(pdo, of_axis(cia402::velocity_index, config.axis));
@@ -49,8 +49,8 @@ void ProcessData::reset() {
   candidate_ = cia402::State::unknown;
   for (std::size_t number = 0; number < tpdos_.size(); ++number) {
     Tpdo& tpdo = tpdos_[number];
-    tpdo.beats_since_last = 0;
-    tpdo.came_in_this_beat = false;
+    tpdo.cycles_since_last = 0;
+    tpdo.came_in_this_cycle = false;
     // last_stamp_ns stays: the stamps of successive feedback rise across a reset too.
   }
 }
@@ -69,7 +69,7 @@ ProcessData::Outcome ProcessData::on_frame(const CanFrame& frame, std::int64_t s
     return Outcome::dropped;
   }
   bool is_extra = false;
-  if (tpdo.beats_between != 0 && tpdo.came_in_this_beat) {
+  if (tpdo.cycles_between != 0 && tpdo.came_in_this_cycle) {
     if (frame == tpdo.last) {
       ++counters_.repeated;
       return Outcome::dropped;
@@ -79,12 +79,12 @@ ProcessData::Outcome ProcessData::on_frame(const CanFrame& frame, std::int64_t s
   }
   tpdo.last_stamp_ns = stamp_ns;
   tpdo.last = frame;
-  tpdo.came_in_this_beat = true;
-  tpdo.beats_since_last = 0;
+  tpdo.came_in_this_cycle = true;
+  tpdo.cycles_since_last = 0;
 
   if (tpdo.statusword.bits != 0) {
     take_statusword(static_cast<std::uint16_t>(canopen::read_field(frame, tpdo.statusword)),
-                    tpdo.beats_between != 0);
+                    tpdo.cycles_between != 0);
     statusword_stamp_ns_ = stamp_ns;
   }
   if (tpdo.velocity.bits != 0) {
@@ -123,11 +123,11 @@ void ProcessData::on_sync(std::int64_t stamp_ns) {
   if (!do_echoes_come) sync_stamp_ns_ = stamp_ns;
   for (std::size_t number = 0; number < tpdos_.size(); ++number) {
     Tpdo& tpdo = tpdos_[number];
-    if (tpdo.beats_between == 0) continue;
-    const bool is_overdue = tpdo.beats_since_last >= tpdo.beats_between;
+    if (tpdo.cycles_between == 0) continue;
+    const bool is_overdue = tpdo.cycles_since_last >= tpdo.cycles_between;
     if (is_overdue && position_stamp_ns_ != no_stamp_ns) ++counters_.missed;
-    tpdo.beats_since_last = is_overdue ? 1 : tpdo.beats_since_last + 1;
-    tpdo.came_in_this_beat = false;
+    tpdo.cycles_since_last = is_overdue ? 1 : tpdo.cycles_since_last + 1;
+    tpdo.came_in_this_cycle = false;
   }
 }
 

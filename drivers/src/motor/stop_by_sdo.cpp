@@ -31,7 +31,7 @@ void StopBySdo::advance(std::int64_t now_ns) {
   if (is_begun_) {
     if (sdo_.is_busy()) return;
     is_begun_ = false;
-    take_answer(now_ns);
+    take_response(now_ns);
     if (is_confirmed()) {
       is_active_ = false;
       return;
@@ -40,7 +40,7 @@ void StopBySdo::advance(std::int64_t now_ns) {
   if (now_ns >= due_ns_) begin_step(now_ns);
 }
 
-void StopBySdo::take_answer(std::int64_t now_ns) {
+void StopBySdo::take_response(std::int64_t now_ns) {
   const bool is_done = sdo_.status() == SdoStatus::done;
   switch (step_) {
     case Step::command:

@@ -50,7 +50,7 @@ double value_of_bits(const CanSignal& signal, std::uint64_t bits) {
 
 }  // namespace
 
-const char* text(SignalStatus status) {
+const char* to_string(SignalStatus status) {
   switch (status) {
     case SignalStatus::ok:
       return "ok";

@@ -17,7 +17,7 @@ constexpr double bias_gain = 0.3;
 
 }  // namespace
 
-const char* text(MotionStatus status) {
+const char* to_string(MotionStatus status) {
   switch (status) {
     case MotionStatus::ok:
       return "ok";
@@ -222,7 +222,7 @@ void Odometry::freeze(std::int64_t stamp_ns, const char* text) {
   notices_.raise(NoticeKind::frozen, Severity::error, stamp_ns, text);
 }
 
-bool Odometry::is_change_believed(Integral& integral, double value, double limit, std::int64_t stamp_ns) {
+bool Odometry::is_change_verified(Integral& integral, double value, double limit, std::int64_t stamp_ns) {
   if (!integral.has_value || stamp_ns - integral.stamp_ns > config_.timeout_ns) return true;
   const double allowed = limit * std::max(seconds(stamp_ns - integral.stamp_ns), shortest_cycle_s);
   if (std::abs(value - integral.value) <= allowed) {
@@ -257,7 +257,7 @@ void Odometry::take_value(std::size_t channel, double value, std::int64_t stamp_
   }
   const double most_change =
       is_rate(channel) ? config_.maximum_rate_change_rad_s2 : config_.maximum_acceleration_m_s2;
-  if (!is_change_believed(integral, value, most_change, stamp_ns)) return;
+  if (!is_change_verified(integral, value, most_change, stamp_ns)) return;
   if (integral.has_value)
     integral.sum += 0.5 * (integral.value + value) * seconds(stamp_ns - integral.stamp_ns);
   integral.has_value = integral.is_fresh = true;

@@ -11,7 +11,7 @@ bool is_positive(double value) {
 
 }  // namespace
 
-const char* problem(const OdometryConfig& config) {
+const char* validate(const OdometryConfig& config) {
   for (const CanSignalSource* source :
        {&config.left_speed_m_s, &config.right_speed_m_s, &config.speed_m_s, &config.yaw_rate_rad_s,
         &config.roll_rate_rad_s, &config.pitch_rate_rad_s, &config.alive_counter}) {

@@ -2,7 +2,7 @@
 
 namespace alces {
 
-const char* text(LaserState state) {
+const char* to_string(LaserState state) {
   switch (state) {
     case LaserState::stopped:
       return "stopped";

@@ -6,7 +6,7 @@
 
 namespace alces {
 
-const char* text(ScannerPhase phase) {
+const char* to_string(ScannerPhase phase) {
   switch (phase) {
     case ScannerPhase::stopped:
       return "stopped";
@@ -26,7 +26,7 @@ const char* text(ScannerPhase phase) {
   return "unknown";
 }
 
-const char* text(ScannerPart part) {
+const char* to_string(ScannerPart part) {
   switch (part) {
     case ScannerPart::scanner:
       return "scanner";
@@ -50,25 +50,26 @@ const char* text(ScannerPart part) {
   return "unknown";
 }
 
-const char* problem(const ScannerConfig& config) {
-  if (config.has_motor && check(config.motor) != MotorConfigStatus::ok) return text(check(config.motor));
-  if (const char* wrong = problem(config.encoder)) return wrong;
+const char* validate(const ScannerConfig& config) {
+  if (config.has_motor && validate(config.motor) != MotorConfigStatus::ok)
+    return to_string(validate(config.motor));
+  if (const char* wrong = validate(config.encoder)) return wrong;
   if (config.assembler.laser_count == 0 || config.assembler.laser_count > ScannerConfig::maximum_lasers)
     return "there must be one laser or two";
   for (std::uint32_t laser = 0; laser < config.assembler.laser_count; ++laser) {
     const bool is_lms2xx = config.laser_makes[laser] == LaserMake::lms2xx;
-    if (const char* wrong = is_lms2xx ? problem(config.lms2xx[laser]) : problem(config.cola_b[laser]))
+    if (const char* wrong = is_lms2xx ? validate(config.lms2xx[laser]) : validate(config.cola_b[laser]))
       return wrong;
     if ((is_lms2xx ? config.lms2xx[laser].laser : config.cola_b[laser].laser) != laser)
       return "the lasers are not numbered in their order";
   }
   if (config.has_odometry) {
-    if (const char* wrong = problem(config.odometry)) return wrong;
+    if (const char* wrong = validate(config.odometry)) return wrong;
   }
   if (config.has_gps) {
-    if (const char* wrong = problem(config.gps)) return wrong;
+    if (const char* wrong = validate(config.gps)) return wrong;
   }
-  if (const char* wrong = problem(config.assembler)) return wrong;
+  if (const char* wrong = validate(config.assembler)) return wrong;
   if (config.motor_patience_ns <= 0 || config.laser_silence_ns <= 0 || config.scan_patience_ns <= 0 ||
       config.laser_stop_timeout_ns <= 0)
     return "a patience of the scanner is not positive";
@@ -90,7 +91,7 @@ std::size_t Scanner::memory_required(const ScannerConfig& config) {
 Scanner* Scanner::create(std::span<std::byte> block, const ScannerConfig& config, const Ports& ports,
                          ScanSink& sink, NoticePort& notices, AssemblerStatus& status) {
   status = AssemblerStatus::bad_config;
-  if (problem(config) != nullptr) return nullptr;
+  if (validate(config) != nullptr) return nullptr;
   status = AssemblerStatus::block_misaligned;
   if (reinterpret_cast<std::uintptr_t>(block.data()) % Arena::alignment != 0) return nullptr;
   status = AssemblerStatus::block_too_small;
@@ -129,7 +130,7 @@ Scanner::Scanner(const ScannerConfig& config, const Ports& ports, ScanSink& sink
       encoder_(config_.encoder, notices),
       odometry_(config_.odometry, notices),
       gps_(config_.gps, notices),
-      spaced_notices_(notices, "scanner") {
+      notice_limiter_(notices, "scanner") {
   for (ColaBConfig& cola_b : config_.cola_b) cola_b.most_rays = config_.assembler.capacity.rays_per_profile;
   feedback_.scanner = this;
   scans_.scanner = this;
@@ -145,7 +146,7 @@ void Scanner::LaserSlot::on_profile(const Profile& profile) {
 void Scanner::Feedback::on_drive_feedback(const DriveFeedback& feedback) {
   const bool is_at_sync =
       scanner->config_.position_is_sampled_at_sync && feedback.sync_stamp_ns != no_stamp_ns;
-  if (is_at_sync && feedback.is_extra) return;  // of which beat is it? The next one will do
+  if (is_at_sync && feedback.is_extra) return;  // of which SYNC cycle is it? The next one will do
   scanner->encoder_.on_drive_position(feedback.position_counts,
                                       is_at_sync ? feedback.sync_stamp_ns : feedback.stamp_ns);
 }
@@ -165,7 +166,7 @@ void Scanner::on_event(const Event& event) {
   ++counters_.events;
   if (!is_sane_stamp(event.stamp_ns)) {
     ++counters_.stamps_absurd;
-    spaced_notices_.raise(NoticeKind::stamp, Severity::error, std::max<std::int64_t>(now_ns_, 0),
+    notice_limiter_.raise(NoticeKind::stamp, Severity::error, std::max<std::int64_t>(now_ns_, 0),
                           "an event has a time that cannot be, and is left out; so far",
                           static_cast<std::int64_t>(counters_.stamps_absurd));
     return;
@@ -268,7 +269,7 @@ void Scanner::on_clock_step(std::int64_t step_ns, std::int64_t now_ns) {
 void Scanner::enter(ScannerPhase phase, std::int64_t now_ns) {
   phase_ = phase;
   phase_since_ns_ = now_ns;
-  raise(now_ns, Severity::info, text(phase));
+  raise(now_ns, Severity::info, to_string(phase));
 }
 
 void Scanner::start_lasers(std::int64_t now_ns) {

@@ -34,7 +34,7 @@ enum class DeskewStatus : std::uint8_t {
   outside_of_motion,  ///< a time farther off the poses than longest_extrapolation_s
 };
 /// A short English clause; never null, static storage.
-[[nodiscard]] const char* text(DeskewStatus status);
+[[nodiscard]] const char* to_string(DeskewStatus status);
 
 struct DeskewConfig {
   std::uint32_t pose_capacity = 64;

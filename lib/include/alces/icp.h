@@ -96,7 +96,7 @@ enum class IcpVerdict : std::uint8_t {
   too_few_correspondences,  ///< nothing to stand on: the pose is the initial one
   degenerate,               ///< a direction is undetermined (see weak_direction); nothing was moved along it
 };
-[[nodiscard]] const char* text(IcpVerdict verdict);
+[[nodiscard]] const char* to_string(IcpVerdict verdict);
 
 /// Sums over the correspondences of the last iteration, from which Appendix A's E, s^2 and C follow without
 /// stacking anything: M^T M, M^T Z and Z^T Z of the paper. Columns (translation m, rotation vector rad), in
@@ -157,7 +157,7 @@ class Icp {
 
   /// Finds model_from_data from the initial one. `prior`, unless null, weighs in.
   /// `trace`, if not empty, takes what each iteration did.
-  /// Data samples beyond the capacity are thinned out evenly. An empty model, one of more than
+  /// Data samples beyond the capacity are downsampled evenly. An empty model, one of more than
   /// maximum_model_scans, or data without samples: too_few_correspondences.
   [[nodiscard]] IcpResult match(std::span<const IcpScan> model, std::span<const IcpScan> data,
                                 const Pose& initial_model_from_data, const IcpConfig& config,
@@ -166,7 +166,7 @@ class Icp {
   static constexpr std::uint32_t maximum_shift_steps = 64;
   static constexpr std::uint32_t maximum_facing_samples = 192;
 
-  /// Of the samples whose plane faces along `direction` (model frame, unit), thinned out evenly to at most
+  /// Of the samples whose plane faces along `direction` (model frame, unit), downsampled evenly to at most
   /// maximum_facing_samples: how many lie on the model, to within fit_distance_m along their normal.
   /// Cost: a short search in a tree for each.
   [[nodiscard]] FacingFit facing_fit(std::span<const IcpScan> model, std::span<const IcpScan> data,

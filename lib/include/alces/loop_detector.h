@@ -50,7 +50,7 @@ class LoopDetector {
 
   /// bad_config: radii not finite, not positive or the cap below the radius; a negative sigma_factor; no gap
   /// (a scan would be its own neighbour).
-  [[nodiscard]] static Status check(const LoopDetectorConfig& config);
+  [[nodiscard]] static Status validate(const LoopDetectorConfig& config);
 
   /// Forgets all scans. O(capacity).
   void clear();

@@ -11,7 +11,7 @@
 namespace alces {
 
 enum class MapVerdict : std::uint8_t { good, doubtful, bad };
-[[nodiscard]] const char* text(MapVerdict verdict);
+[[nodiscard]] const char* to_string(MapVerdict verdict);
 
 /// What speaks most against a map.
 enum class MapDoubt : std::uint8_t {
@@ -26,7 +26,7 @@ enum class MapDoubt : std::uint8_t {
   weak_steps,             ///< scans whose surfaces fit badly: odometry holds them as much as the match
   searched,               ///< too many steps had to be searched for
 };
-[[nodiscard]] const char* text(MapDoubt doubt);
+[[nodiscard]] const char* to_string(MapDoubt doubt);
 
 /// A way is no steeper than this for vehicles with wheels: 14 deg, a fourth. The steepest streets and ramps
 /// have a fifth.

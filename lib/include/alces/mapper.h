@@ -14,9 +14,9 @@
 #include "alces/free_space.h"
 #include "alces/held_directions.h"
 #include "alces/icp.h"
+#include "alces/loop_correction.h"
 #include "alces/loop_detector.h"
 #include "alces/loop_relaxation.h"
-#include "alces/loop_sharing.h"
 #include "alces/map_verdict.h"
 #include "alces/motion_prior.h"
 #include "alces/pair_covariance.h"
@@ -33,7 +33,7 @@
 namespace alces {
 
 /// When a loop is believed before it bends the map. A refused loop is reported with its reason.
-struct BeliefConfig {
+struct LoopVerification {
   /// A loop is only matched where the map can be off by more than this (standard deviation): what closes
   /// nothing is not added. While loops are used up faster than scans, it grows (see Mapper), so that a patrol
   /// over the same streets never runs out of loops before it runs out of scans.
@@ -100,7 +100,7 @@ struct MapperConfig {
   MotionUncertainty motion;
   bool use_motion_prior = true;  ///< the prediction holds a match where the scans leave it open
   float longest_reach_m = 6;     ///< pairs of a first iteration, however far predictions are off
-  StepBelief step_belief;
+  StepVerification step_verification;
   bool judge_steps = true;   ///< a match that is not believed gives way to the odometry
   bool search_steps = true;  ///< and other starts are looked for before
   StartSearchConfig start_search;
@@ -122,8 +122,8 @@ struct MapperConfig {
   std::uint32_t scans_around_first = 2;  ///< the start metascan: f - 2 .. f + 2
   std::uint32_t scans_before_last = 2;   ///< the end metascan: l - 2 .. l
   LoopSearchConfig loop_search;
-  BeliefConfig belief;
-  SharingRule sharing = SharingRule::trails;
+  LoopVerification loop_verification;
+  CorrectionRule correction_rule = CorrectionRule::trails;
 
   /// The better front end (default), and the paper's as it was published.
   [[nodiscard]] static constexpr MapperConfig standard();
@@ -145,7 +145,7 @@ enum class LoopVerdict : std::uint8_t {
   refused_capacity,     ///< no room for the edge
   refused_archive,      ///< a scan of the loop could not be brought back
 };
-[[nodiscard]] const char* text(LoopVerdict verdict);
+[[nodiscard]] const char* to_string(LoopVerdict verdict);
 
 /// One loop that was offered, closed or not.
 struct LoopReport {
@@ -227,7 +227,7 @@ class Mapper {
 
   /// bad_config: a number that is not finite, out of range, or too small for another (cache_slots must hold
   /// the scans that are looked at together). O(1).
-  [[nodiscard]] static Status check(const MapperConfig& config);
+  [[nodiscard]] static Status validate(const MapperConfig& config);
 
   /// Lays a mapper out in `block` (64-byte aligned), which must outlive it. Null, and `status` says why:
   /// block_too_small, block_misaligned, bad_config. `relaxation`, unless null, bends the map in LOA's place.
@@ -240,7 +240,7 @@ class Mapper {
   /// only; one that is not finite is left out and counted. `intensity`: empty, or of each point; kept with
   /// the points that stay if config.keep_intensity. When the status is not ok (empty_scan; bad_pose, also of
   /// a prediction farther than farthest_place_m; bad_channel; a capacity; an archive that fails) the scan was
-  /// not added and the map so far stays whole; no_voxel_capacity: it was added, thinned out coarser
+  /// not added and the map so far stays whole; no_voxel_capacity: it was added, downsampled coarser
   /// (report.points.cell_size_m). Cost: O(p log p) for p points, and scan_match's bound on iterations x
   /// samples searches; when a loop is closed also loop_match's, at most candidates x (2 turn_steps + 5)
   /// times, and O(scans) to share out.
@@ -267,12 +267,12 @@ class Mapper {
 
   /// How sure a scan's place is relative to scan 0, variances summed over the axes; grows along the drive,
   /// falls back when a loop is closed.
-  struct Spread {
+  struct PoseUncertainty {
     double translation_m2 = 0;
     double rotation_rad2 = 0;
   };
   /// `scan` below scan_count().
-  [[nodiscard]] const Spread& spread(std::uint32_t scan) const { return spreads_[scan]; }
+  [[nodiscard]] const PoseUncertainty& pose_uncertainty(std::uint32_t scan) const { return uncertainties_[scan]; }
 
   /// The loops offered so far, in order, up to four times loop_capacity of them.
   [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }
@@ -369,7 +369,7 @@ class Mapper {
   [[nodiscard]] double wall_fit(std::span<const IcpScan> model, const IcpScan& scan_l,
                                 const IcpResult& match);
   /// The edge's costs: what the match knows of its own uncertainty.
-  [[nodiscard]] EdgeVariance label(const IcpResult& match, const IcpPrior* prior) const;
+  [[nodiscard]] EdgeVariance match_variance(const IcpResult& match, const IcpPrior* prior) const;
   void close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopReport& loop, StageTimes& times);
   void judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known, LoopReport& loop,
                   StageTimes& times);
@@ -390,8 +390,8 @@ class Mapper {
   PoseGraph graph_;
   LoopDetector detector_;
   LoopTrigger trigger_;
-  LoopSharing sharing_;
-  std::span<Spread> spreads_;
+  LoopCorrection correction_;
+  std::span<PoseUncertainty> uncertainties_;
   std::span<StepRecord> steps_;
   std::span<LoopReport> loops_;
   StageClock* clock_ = nullptr;
@@ -432,15 +432,15 @@ constexpr MapperConfig MapperConfig::paper() {
   config.trigger.repeat_after_scans = 0;
   config.loop_search.shift_steps = 0;
   config.loop_search.candidates = 1;
-  config.sharing = SharingRule::paper;
+  config.correction_rule = CorrectionRule::paper;
   // The paper has no test of belief: a sharp one would refuse what its scan-to-scan drift leaves.
-  config.belief.maximum_rms_m = 0.5;
-  config.belief.maximum_mahalanobis2 = 3000;
-  config.belief.minimum_wall_fit = 0;
-  config.belief.minimum_fit_share = 0;
-  config.belief.known_m = 0;
-  config.belief.ambiguity_sigmas = 0;
-  config.belief.free_space_sigmas = 0;
+  config.loop_verification.maximum_rms_m = 0.5;
+  config.loop_verification.maximum_mahalanobis2 = 3000;
+  config.loop_verification.minimum_wall_fit = 0;
+  config.loop_verification.minimum_fit_share = 0;
+  config.loop_verification.known_m = 0;
+  config.loop_verification.ambiguity_sigmas = 0;
+  config.loop_verification.free_space_sigmas = 0;
   return config;
 }
 
@@ -458,8 +458,8 @@ constexpr Mapper::Mapper(Arena& arena, const MapperConfig& config)
       graph_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
       detector_(arena, config.detector),
       trigger_(config.trigger),
-      sharing_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
-      spreads_(arena.allocate<Spread>(config.scan_capacity)),
+      correction_(arena, {config.scan_capacity, config.scan_capacity + config.loop_capacity}),
+      uncertainties_(arena.allocate<PoseUncertainty>(config.scan_capacity)),
       steps_(arena.allocate<StepRecord>(config.scan_capacity)),
       loops_(arena.allocate<LoopReport>(4 * std::size_t{config.loop_capacity})),
       motion_(arena.allocate<MotionPrior>(1)) {}

@@ -60,7 +60,7 @@ class ScanStore {
   /// Where records go that the pool has no room for; null: nowhere, and add() says no_point_capacity.
   void set_archive(ScanArchive* archive) { archive_ = archive; }
 
-  /// Stores the next scan: finite points, at most point_capacity; as they were thinned out to cells of
+  /// Stores the next scan: finite points, at most point_capacity; as they were downsampled to cells of
   /// `cell_size_m` (0: not known), with what channels there are. no_scan_capacity, no_point_capacity,
   /// archive_write_failed, bad_channel: nothing was stored then. Build of a tree, O(n log n).
   [[nodiscard]] Status add(std::span<const Point> points, float cell_size_m = 0,

@@ -11,7 +11,7 @@ enum class Status {
   no_scan_capacity,      ///< the configured number of scans is reached
   no_edge_capacity,      ///< the configured number of edges is reached
   no_point_capacity,     ///< the point pool is full and there is no archive
-  no_voxel_capacity,     ///< the scan has more cells than the voxel table: it was thinned out to larger ones
+  no_voxel_capacity,     ///< the scan has more cells than the voxel table: it was downsampled to larger ones
   empty_scan,            ///< no usable point was left after the range and finiteness checks
   bad_pose,              ///< a pose holds NaN, Inf or a rotation that is no unit quaternion
   no_such_scan,          ///< the index is not that of a scan of this map
@@ -26,6 +26,6 @@ enum class Status {
 };
 
 /// A short English sentence for people; never null, static storage.
-[[nodiscard]] const char* text(Status status);
+[[nodiscard]] const char* to_string(Status status);
 
 }  // namespace alces

@@ -23,9 +23,9 @@ enum class StepVerdict : std::uint8_t {
   apart,             ///< nor is there an odometry: a new part of the map begins here
   rejoined,          ///< as apart, but a loop ties the two parts since
 };
-[[nodiscard]] const char* text(StepVerdict verdict);
+[[nodiscard]] const char* to_string(StepVerdict verdict);
 
-struct StepBelief {
+struct StepVerification {
   double minimum_overlap = 0.4;  ///< share of the samples that find a partner
   /// Share of the samples that lie on the other side's surfaces, as a share of what is usual on this drive:
   /// what a scanner sees of a place again depends on the scanner and on the place.
@@ -68,11 +68,11 @@ enum class StepDoubt : std::uint8_t {
   restless,  ///< the match used up its iterations and still moved
   motion,    ///< the motion is not one that the prediction explains
 };
-[[nodiscard]] const char* text(StepDoubt doubt);
+[[nodiscard]] const char* to_string(StepDoubt doubt);
 
 /// Why a match is not believed, or none. `usual_fit`: UsualFit::fit().
 /// `was_searched`: no other start has led to a better match, so that less will do.
 [[nodiscard]] StepDoubt judge_step(const IcpResult& match, const MotionPrior::Prediction& prediction,
-                                   double usual_fit, bool was_searched, const StepBelief& belief);
+                                   double usual_fit, bool was_searched, const StepVerification& thresholds);
 
 }  // namespace alces

@@ -8,7 +8,7 @@
 //   2       2          channels: a bit for each block behind the points
 //   4       4          bytes of the whole record
 //   8       4          number of points n, at least 1
-//   12      4          size of the cells that the scan was thinned out to, float, m; 0: not known
+//   12      4          size of the cells that the scan was downsampled to, float, m; 0: not known
 //   16      12         lowest corner of the box around the points, x y z, float, m
 //   28      12         step of the codes, x y z, float, m
 //   40      6 n        points: code x, y, z, 16 bits each; coordinate = corner + step * code
@@ -94,7 +94,7 @@ enum class StoredScanFault : std::uint8_t {
   seen_from_not_finite,
 };
 /// A short English clause; never null, static storage.
-[[nodiscard]] const char* text(StoredScanFault fault);
+[[nodiscard]] const char* to_string(StoredScanFault fault);
 
 /// A record that parse() has checked, in place: valid as long as its bytes.
 class StoredScanView {

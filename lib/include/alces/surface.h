@@ -23,7 +23,7 @@ struct SurfaceConfig {
 /// How densely a scan sees, measured on the scan itself.
 ///
 /// A scanner turns by fixed angles, so that its points lie farther apart in proportion to their range. Near
-/// the scanner the cells that a scan was thinned out to keep them apart.
+/// the scanner the cells that a scan was downsampled to keep them apart.
 struct ScanSpacing {
   float per_range = 0;        ///< typical distance to the last of SurfaceConfig::neighbors, a metre of range
   float smallest_m = 0;       ///< the same where points are densest (the nearest tenth of such distances)

@@ -42,7 +42,7 @@ struct VoxelGridCounts {
   std::uint32_t too_near = 0;      ///< below minimum_range_m
   std::uint32_t too_far = 0;       ///< above maximum_range_m
   std::uint32_t without_cell = 0;  ///< no cells left however large: only where there is room for fewer than 8
-  float cell_size_m = 0;           ///< as the scan was thinned out: the configured one, or 2, 4, 8, ... of it
+  float cell_size_m = 0;           ///< as the scan was downsampled: the configured one, or 2, 4, 8, ... of it
 };
 
 class VoxelGrid {

@@ -2,7 +2,7 @@
 
 namespace alces {
 
-const char* text(Status status) {
+const char* to_string(Status status) {
   switch (status) {
     case Status::ok:
       return "ok";

@@ -39,7 +39,7 @@ void LoopDetector::Grid::insert(std::uint32_t scan, const Eigen::Vector3d& posit
   head = scan;
 }
 
-Status LoopDetector::check(const LoopDetectorConfig& config) {
+Status LoopDetector::validate(const LoopDetectorConfig& config) {
   const bool radii_are_good =
       std::isfinite(config.radius_cap_m) && config.radius_m > 0 && config.radius_m <= config.radius_cap_m;
   const bool factor_is_good = std::isfinite(config.sigma_factor) && config.sigma_factor >= 0;

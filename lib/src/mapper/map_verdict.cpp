@@ -23,7 +23,7 @@ constexpr std::uint32_t chance = 2;         // revisits, or steps, that mean not
 
 }  // namespace
 
-const char* text(MapVerdict verdict) {
+const char* to_string(MapVerdict verdict) {
   switch (verdict) {
     case MapVerdict::good:
       return "good";
@@ -35,7 +35,7 @@ const char* text(MapVerdict verdict) {
   return "unknown";
 }
 
-const char* text(MapDoubt doubt) {
+const char* to_string(MapDoubt doubt) {
   switch (doubt) {
     case MapDoubt::none:
       return "nothing speaks against it";

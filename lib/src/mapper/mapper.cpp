@@ -13,7 +13,7 @@ Mapper* Mapper::create(std::span<std::byte> block, const MapperConfig& config, S
                        ScanArchive* archive, StageClock* clock, LoopRelaxation* relaxation) {
   MapperConfig planned = config;
   planned.detector.scan_capacity = config.scan_capacity;
-  status = check(planned);
+  status = validate(planned);
   if (status != Status::ok) return nullptr;
   status = Status::block_misaligned;
   if (reinterpret_cast<std::uintptr_t>(block.data()) % Arena::alignment != 0) return nullptr;
@@ -143,7 +143,7 @@ void Mapper::look_for_loop(std::uint32_t n, const Eigen::Vector3d* gps_position_
   (void)detector_.add(place_m, driven_m_,
                       gps_position_m);  // certain: it has room for as many scans as the graph
   const std::optional<LoopDetector::Nearby> nearby =
-      detector_.nearest(place_m, n, std::sqrt(spreads_[n].translation_m2), gps_position_m);
+      detector_.nearest(place_m, n, std::sqrt(uncertainties_[n].translation_m2), gps_position_m);
   const std::optional<LoopTrigger::Loop> candidate = trigger_.observe(n, nearby);
   report.times.detect_ns = now_ns() - begin_ns;
   if (!candidate) return;
@@ -170,7 +170,7 @@ MapHealth Mapper::health() const {
       const double up = 1 - 2 * (turn.x() * turn.x() + turn.y() * turn.y());
       health.tilt_rad = std::max(health.tilt_rad, portable::atan2(std::sqrt(std::max(0.0, 1 - up * up)), up));
     }
-    sigma_sum_m += std::sqrt(spreads_[scan].translation_m2);
+    sigma_sum_m += std::sqrt(uncertainties_[scan].translation_m2);
     const StepVerdict verdict = steps_[scan].verdict;
     if (verdict == StepVerdict::found) ++health.found;
     if (verdict == StepVerdict::against_odometry) ++health.against_odometry;

@@ -61,7 +61,7 @@ bool is_usable(const MotionUncertainty& config) {
          is_within(config.steps_remembered, 2, 1e6);
 }
 
-bool is_usable(const StepBelief& config) {
+bool is_usable(const StepVerification& config) {
   return is_within(config.minimum_overlap, 0, 1) && is_within(config.usual_fit_share, 0, 1) &&
          is_within(config.least_fit_share, 0, 1) && is_within(config.minimum_fit, 0, 1) &&
          is_within(config.held_fit_share, 0, 1) && is_within(config.maximum_mahalanobis2, 0, 1e12);
@@ -74,7 +74,7 @@ bool is_usable(const StartSearchConfig& config) {
          is_within(config.gain_against_odometry, 0, 1);
 }
 
-bool is_usable(const BeliefConfig& config) {
+bool is_usable(const LoopVerification& config) {
   return is_within(config.known_m, 0, longest_m) && is_within(config.minimum_overlap, 0, 1) &&
          is_within(config.maximum_rms_m, 0, longest_m) && is_within(config.maximum_mahalanobis2, 0, 1e12) &&
          is_within(config.minimum_wall_fit, 0, 1) && is_within(config.minimum_fit_share, 0, 10) &&
@@ -84,7 +84,7 @@ bool is_usable(const BeliefConfig& config) {
 
 }  // namespace
 
-Status Mapper::check(const MapperConfig& config) {
+Status Mapper::validate(const MapperConfig& config) {
   constexpr std::uint32_t most = Icp::maximum_model_scans;
   if (config.scans_around_first > most || config.scans_before_last > most) return Status::bad_config;
   if (std::uint64_t{config.scan_capacity} + config.loop_capacity > INT32_MAX) return Status::bad_config;
@@ -96,10 +96,10 @@ Status Mapper::check(const MapperConfig& config) {
       config.model_scans <= most && around_loop <= most && config.cache_slots >= together &&
       is_within(config.trigger.hysteresis_m, 0, longest_m) && is_usable(config.voxel) &&
       is_usable(config.surface) && is_usable(config.scan_match) && is_usable(config.loop_match) &&
-      is_usable(config.edge_uncertainty) && is_usable(config.motion) && is_usable(config.step_belief) &&
+      is_usable(config.edge_uncertainty) && is_usable(config.motion) && is_usable(config.step_verification) &&
       is_usable(config.start_search) && is_within(config.pair_reach, 0, 100) &&
       is_within(config.longest_reach_m, shortest_m, longest_m) && is_usable(config.loop_search) &&
-      is_usable(config.belief) && LoopDetector::check(config.detector) == Status::ok;
+      is_usable(config.loop_verification) && LoopDetector::validate(config.detector) == Status::ok;
   return is_good ? Status::ok : Status::bad_config;
 }
 

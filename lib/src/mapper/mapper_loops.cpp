@@ -35,7 +35,7 @@ double moved_m(const LoopReport& loop) {
 
 }  // namespace
 
-const char* text(LoopVerdict verdict) {
+const char* to_string(LoopVerdict verdict) {
   switch (verdict) {
     case LoopVerdict::closed:
       return "closed";
@@ -104,7 +104,7 @@ void Mapper::close_loop(LoopTrigger::Loop candidate, std::uint32_t tries, LoopRe
     // one.
     const Eigen::Vector3d place_m = graph_.poses()[candidate.last].translation_m;
     const std::optional<LoopDetector::Nearby> earlier =
-        detector_.nearest(place_m, candidate.first, std::sqrt(spreads_[candidate.last].translation_m2));
+        detector_.nearest(place_m, candidate.first, std::sqrt(uncertainties_[candidate.last].translation_m2));
     if (!earlier) return;
     candidate.first = earlier->scan;
     candidate.distance_m = earlier->distance_m;
@@ -231,7 +231,8 @@ bool Mapper::is_ambiguous(std::span<const IcpScan> model, std::span<const IcpSca
   const Eigen::Vector3d back_m = prior.model_from_data.translation_m - match.model_from_data.translation_m;
   for (const int weaker : {0, 1}) {
     const Eigen::Vector3d direction = directions.vectors.col(weaker);
-    const double reach_m = config_.belief.ambiguity_sigmas * std::sqrt(direction.dot(doubt_m2 * direction));
+    const double reach_m =
+        config_.loop_verification.ambiguity_sigmas * std::sqrt(direction.dot(doubt_m2 * direction));
     const double middle_m = direction.dot(back_m);
     if (!icp_.is_held(model, data, match.model_from_data, direction, middle_m - reach_m, middle_m + reach_m,
                       config))
@@ -250,18 +251,19 @@ double Mapper::known_m() const {
   constexpr double reserve = 0.05;    // of the loops, that may be used early
   constexpr double m_per_share = 10;  // a tenth too many: a metre
   const double left = std::max(1e-6, 1 - loops_used);
-  return config_.belief.known_m + m_per_share * std::max(0.0, loops_used - scans_used - reserve) / left;
+  return config_.loop_verification.known_m +
+         m_per_share * std::max(0.0, loops_used - scans_used - reserve) / left;
 }
 
 // Whether the two ends came together: closed, or why not.
 LoopVerdict Mapper::judge_fit(const IcpResult& match, const LoopReport& loop) const {
-  const BeliefConfig& belief = config_.belief;
+  const LoopVerification& thresholds = config_.loop_verification;
   if (!is_found(match)) return LoopVerdict::refused_no_match;
-  if (match.overlap < belief.minimum_overlap) return LoopVerdict::refused_overlap;
-  if (match.rms_m > belief.maximum_rms_m) return LoopVerdict::refused_residual;
-  if (moved_m(loop) <= belief.small_correction_m) return LoopVerdict::closed;
-  if (loop.wall_fit < belief.minimum_wall_fit) return LoopVerdict::refused_walls;
-  if (loop.fit < belief.minimum_fit_share * loop.usual_fit) return LoopVerdict::refused_fit;
+  if (match.overlap < thresholds.minimum_overlap) return LoopVerdict::refused_overlap;
+  if (match.rms_m > thresholds.maximum_rms_m) return LoopVerdict::refused_residual;
+  if (moved_m(loop) <= thresholds.small_correction_m) return LoopVerdict::closed;
+  if (loop.wall_fit < thresholds.minimum_wall_fit) return LoopVerdict::refused_walls;
+  if (loop.fit < thresholds.minimum_fit_share * loop.usual_fit) return LoopVerdict::refused_fit;
   return LoopVerdict::closed;
 }
 
@@ -288,11 +290,11 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
     loop.verdict = LoopVerdict::refused_archive;
     return;
   }
-  if (sharing_.prepare(graph_, f, l) != Status::ok) {
+  if (correction_.prepare(graph_, f, l) != Status::ok) {
     loop.verdict = LoopVerdict::refused_capacity;
     return;
   }
-  const Matrix6d uncertainty = sharing_.covariance(graph_);
+  const Matrix6d uncertainty = correction_.covariance(graph_);
   Matrix6d f_from_map = Matrix6d::Zero();
   f_from_map.topLeftCorner<3, 3>() = map_from_f.rotation.conjugate().toRotationMatrix();
   f_from_map.bottomRightCorner<3, 3>() = f_from_map.topLeftCorner<3, 3>();
@@ -321,14 +323,15 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
     loop.wall_fit = wall_fit(std::span(model).first(model_count), data[data_count - 1], match);
   loop.verdict = judge_fit(match, loop);
   if (loop.verdict != LoopVerdict::closed) {
-    if (config_.belief.free_space_sigmas > 0) {
+    if (config_.loop_verification.free_space_sigmas > 0) {
       look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
-      loop.lies_apart = lies_apart(loop.before, loop.usual, config_.belief.free_space_sigmas);
+      loop.lies_apart = lies_apart(loop.before, loop.usual, config_.loop_verification.free_space_sigmas);
     }
     return;
   }
-  if (config_.belief.free_space_sigmas > 0 && moved_m(loop) > config_.belief.small_correction_m) {
-    const double sigmas = config_.belief.free_space_sigmas;
+  if (config_.loop_verification.free_space_sigmas > 0 &&
+      moved_m(loop) > config_.loop_verification.small_correction_m) {
+    const double sigmas = config_.loop_verification.free_space_sigmas;
     look_through(f, l, match.model_from_data, config.last_distance_limit_m, loop);
     if (is_clearly_more(loop.after, loop.usual, sigmas)) {
       loop.verdict = LoopVerdict::refused_free_space;
@@ -345,7 +348,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
       return;
     }
   }
-  if (config_.belief.ambiguity_sigmas > 0 &&
+  if (config_.loop_verification.ambiguity_sigmas > 0 &&
       is_ambiguous(std::span(model).first(model_count), std::span(data).first(data_count), prior, match,
                    config)) {
     loop.verdict = LoopVerdict::refused_ambiguous;
@@ -357,13 +360,15 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   }
 
   const std::uint64_t matched_ns = now_ns();
-  const EdgeVariance variance = label(match, nullptr);
-  loop.mahalanobis2 = sharing_.mahalanobis2(graph_, map_from_matched, variance);
-  const double look_alikes =
-      config_.belief.ambiguity_sigmas > 0 ? log_places(uncertainty, config_.detector.radius_cap_m) : 0.0;
+  const EdgeVariance variance = match_variance(match, nullptr);
+  loop.mahalanobis2 = correction_.mahalanobis2(graph_, map_from_matched, variance);
+  const double look_alikes = config_.loop_verification.ambiguity_sigmas > 0
+                                 ? log_places(uncertainty, config_.detector.radius_cap_m)
+                                 : 0.0;
   // So that the second yard of two (23 and 9) stays out, and a real turn among trees (37 and 0) comes in.
   constexpr double look_alike_weight = 3;
-  if (!(loop.mahalanobis2 + look_alike_weight * look_alikes <= config_.belief.maximum_mahalanobis2)) {
+  if (!(loop.mahalanobis2 + look_alike_weight * look_alikes <=
+        config_.loop_verification.maximum_mahalanobis2)) {
     loop.verdict = LoopVerdict::refused_implausible;
     return;
   }
@@ -373,7 +378,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   edge.closes_loop = true;
   edge.from_from_to = match.model_from_data;
   edge.variance = variance;
-  // LOA's time begins with its decomposition, which another back end has only to thank for the belief.
+  // LOA's time begins with its decomposition; another back end uses that for verification alone.
   const std::uint64_t bend_ns = relaxation_ == nullptr ? matched_ns : now_ns();
   if (bend(edge, map_from_matched) != Status::ok) {
     loop.verdict = LoopVerdict::refused_no_match;
@@ -381,13 +386,13 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   }
   (void)detector_.rebuild(graph_.poses());
   for (std::uint32_t i = l; i < scan_count(); ++i) {  // l is again as sure as f
-    const Spread grown{spreads_[i].translation_m2 - spreads_[l].translation_m2,
-                       spreads_[i].rotation_rad2 - spreads_[l].rotation_rad2};
+    const PoseUncertainty grown{uncertainties_[i].translation_m2 - uncertainties_[l].translation_m2,
+                                uncertainties_[i].rotation_rad2 - uncertainties_[l].rotation_rad2};
     if (i > l)
-      spreads_[i] = {spreads_[f].translation_m2 + grown.translation_m2,
-                     spreads_[f].rotation_rad2 + grown.rotation_rad2};
+      uncertainties_[i] = {uncertainties_[f].translation_m2 + grown.translation_m2,
+                           uncertainties_[f].rotation_rad2 + grown.rotation_rad2};
   }
-  spreads_[l] = spreads_[f];
+  uncertainties_[l] = uncertainties_[f];
   for (std::uint32_t scan = f + 1; scan <= l; ++scan) {  // both sides of a break hang together now
     steps_[scan].is_spanned = true;
     if (steps_[scan].verdict == StepVerdict::apart) steps_[scan].verdict = StepVerdict::rejoined;
@@ -398,7 +403,7 @@ void Mapper::judge_loop(const LoopTrigger::Loop& candidate, bool may_skip_known,
   loop.verdict = LoopVerdict::closed;
 }
 
-// After sharing_.prepare(), which knows the graph as it was before the edge. An error leaves the map as it
+// After correction_.prepare(), which knows the graph as it was before the edge. An error leaves the map as it
 // was.
 Status Mapper::bend(const Edge& edge, const Pose& map_from_l) {
   const Status checked = is_valid(map_from_l) ? graph_.check_edge(edge) : Status::bad_pose;
@@ -408,9 +413,9 @@ Status Mapper::bend(const Edge& edge, const Pose& map_from_l) {
     if (added != Status::ok) return added;
     if (relaxation_->relax(graph_, graph_.poses())) return Status::ok;
     ++counters_.loops_not_relaxed;
-    return sharing_.share(graph_, map_from_l, config_.sharing);
+    return correction_.share(graph_, map_from_l, config_.correction_rule);
   }
-  const Status shared = sharing_.share(graph_, map_from_l, config_.sharing);
+  const Status shared = correction_.share(graph_, map_from_l, config_.correction_rule);
   return shared == Status::ok ? graph_.add_edge(edge) : shared;
 }
 

@@ -27,7 +27,7 @@ bool has_plane(const SurfaceSample& sample) {
 
 }  // namespace
 
-EdgeVariance Mapper::label(const IcpResult& match, const IcpPrior* prior) const {
+EdgeVariance Mapper::match_variance(const IcpResult& match, const IcpPrior* prior) const {
   PairCovariance covariance = config_.label_with_appendix_a
                                   ? appendix_a(match.sums)
                                   : from_curvature(match, config_.scan_match.uncertainty, prior);
@@ -82,7 +82,7 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
     const IcpScan data{newest.tree, newest.samples, Pose{}};
     const IcpConfig config = step_config(prediction, newest.spacing);
     match = icp_.match(model, {&data, 1}, prediction.last_from_next, config, used_prior);
-    doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
+    doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_verification);
     constexpr double a_little = 0.9;
     if (config_.search_steps && !prediction.from_odometry &&
         match.balanced_fit < a_little * usual_fit_.fit()) {
@@ -92,13 +92,13 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
       const IcpResult as_it_went = icp_.match(model, {&data, 1}, prediction.last_from_next, near, used_prior);
       if (as_it_went.balanced_fit > match.balanced_fit + config_.start_search.gain) {
         match = as_it_went;
-        doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_belief);
+        doubt = judge_step(match, prediction, usual_fit_.fit(), false, config_.step_verification);
       }
     }
     const bool is_doubted = doubt != StepDoubt::none;
     if (is_doubted && config_.search_steps) {
       was_searched = search_step(model, data, map_from_last, prediction, config, match);
-      doubt = judge_step(match, prediction, usual_fit_.fit(), true, config_.step_belief);
+      doubt = judge_step(match, prediction, usual_fit_.fit(), true, config_.step_verification);
     }
     // An odometry that has frozen holds a match where it stands, and what is seen from there fits a little
     // worse.
@@ -123,13 +123,13 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
 
   Step step;
   step.has_odometry = prediction.from_odometry;
-  const bool is_believed = doubt == StepDoubt::none || (!config_.judge_steps && doubt != StepDoubt::no_match);
-  step.last_from_next = is_believed ? match.model_from_data : prediction.last_from_next;
-  if (is_believed) {
+  const bool is_verified = doubt == StepDoubt::none || (!config_.judge_steps && doubt != StepDoubt::no_match);
+  step.last_from_next = is_verified ? match.model_from_data : prediction.last_from_next;
+  if (is_verified) {
     step.verdict = contradicts_odometry ? StepVerdict::against_odometry
                    : was_searched       ? StepVerdict::found
                                         : StepVerdict::believed;
-    step.variance = label(match, contradicts_odometry ? nullptr : used_prior);
+    step.variance = match_variance(match, contradicts_odometry ? nullptr : used_prior);
     if (config_.judge_steps && (contradicts_odometry || !prediction.from_odometry))
       widen_for_motion_within(match, step.variance);
   } else {
@@ -151,7 +151,7 @@ Mapper::Step Mapper::match_step(std::uint32_t n, const MotionPrior::Prediction& 
   report.step = step.verdict;
   report.doubt = doubt;
   report.motion_mahalanobis2 = prediction.mahalanobis2(match.model_from_data);
-  report.is_predicted = !is_believed;
+  report.is_predicted = !is_verified;
   return step;
 }
 
@@ -266,16 +266,16 @@ bool Mapper::search_against_odometry(std::span<const IcpScan> model, const IcpSc
   constexpr double half2 = 0.25;          // squared: of the odometry's distance to constant velocity
   const MotionPrior::Prediction free = motion_[0].as_it_went();
   IcpResult free_match = icp_.match(model, {&data, 1}, free.last_from_next, step_config(free, spacing));
-  if (judge_step(free_match, free, usual_fit_.fit(), false, config_.step_belief) != StepDoubt::none)
+  if (judge_step(free_match, free, usual_fit_.fit(), false, config_.step_verification) != StepDoubt::none)
     (void)search_step(model, data, map_from_last, free, config, free_match);
   const double off2 = free.mahalanobis2(free_match.model_from_data);
   const bool odometry_breaks_off =
       !free.is_blind && off2 <= half2 * free.mahalanobis2(prediction.last_from_next);
-  const StepBelief& belief = config_.step_belief;
-  const double least_share = odometry_breaks_off ? belief.least_fit_share : belief.usual_fit_share;
+  const StepVerification& thresholds = config_.step_verification;
+  const double least_share = odometry_breaks_off ? thresholds.least_fit_share : thresholds.usual_fit_share;
   const bool is_usual = free_match.verdict == IcpVerdict::converged &&
                         free_match.balanced_fit >= least_share * usual_fit_.fit();
-  const bool is_smooth = off2 <= belief.maximum_mahalanobis2;
+  const bool is_smooth = off2 <= thresholds.maximum_mahalanobis2;
   const bool is_held_off = doubt == StepDoubt::motion && odometry_breaks_off;
   const bool is_better = match.balanced_fit <= clearly_worse * free_match.balanced_fit;
   if (!is_usual || !is_smooth || !(is_better || is_held_off)) return false;
@@ -302,9 +302,10 @@ void Mapper::add_step(std::uint32_t n, const Step& step) {
   (void)graph_.add_edge(edge);
   const double step_m2 = step.last_from_next.translation_m.squaredNorm();
   driven_m_ += std::sqrt(step_m2);
-  spreads_[n].rotation_rad2 = spreads_[n - 1].rotation_rad2 + edge.variance.rotation_rad2;
-  spreads_[n].translation_m2 = spreads_[n - 1].translation_m2 + edge.variance.x_m2 + edge.variance.y_m2 +
-                               edge.variance.z_m2 + spreads_[n].rotation_rad2 * step_m2;
+  uncertainties_[n].rotation_rad2 = uncertainties_[n - 1].rotation_rad2 + edge.variance.rotation_rad2;
+  uncertainties_[n].translation_m2 = uncertainties_[n - 1].translation_m2 + edge.variance.x_m2 +
+                                     edge.variance.y_m2 + edge.variance.z_m2 +
+                                     uncertainties_[n].rotation_rad2 * step_m2;
 }
 
 }  // namespace alces

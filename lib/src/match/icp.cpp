@@ -152,7 +152,7 @@ struct Minimizer {
 
 }  // namespace
 
-const char* text(IcpVerdict verdict) {
+const char* to_string(IcpVerdict verdict) {
   switch (verdict) {
     case IcpVerdict::converged:
       return "converged";

@@ -27,14 +27,14 @@ std::uint32_t Icp::gather_facing(std::span<const IcpScan> data, const Pose& mode
     if (with_rough && !(sample.plane_weight > 0)) std::swap(all[end++], sample);
   // Planes tell more: those without one get what room is left.
   std::uint32_t kept = 0;
-  const auto thin_out = [&](std::span<const Sample> some) {
+  const auto downsample = [&](std::span<const Sample> some) {
     const std::size_t room = maximum_facing_samples - kept;
     if (some.empty() || room == 0) return;
     const std::size_t stride = (some.size() + room - 1) / room;
     for (std::size_t i = 0; i < some.size(); i += stride) all[kept++] = some[i];
   };
-  thin_out(all.first(planes));
-  thin_out(all.subspan(planes, end - planes));
+  downsample(all.first(planes));
+  downsample(all.subspan(planes, end - planes));
   return kept;
 }
 

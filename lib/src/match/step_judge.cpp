@@ -2,7 +2,7 @@
 
 namespace alces {
 
-const char* text(StepVerdict verdict) {
+const char* to_string(StepVerdict verdict) {
   switch (verdict) {
     case StepVerdict::first:
       return "first";
@@ -22,7 +22,7 @@ const char* text(StepVerdict verdict) {
   return "unknown verdict";
 }
 
-const char* text(StepDoubt doubt) {
+const char* to_string(StepDoubt doubt) {
   switch (doubt) {
     case StepDoubt::none:
       return "none";
@@ -41,19 +41,19 @@ const char* text(StepDoubt doubt) {
 }
 
 StepDoubt judge_step(const IcpResult& match, const MotionPrior::Prediction& prediction, double usual_fit,
-                     bool was_searched, const StepBelief& belief) {
+                     bool was_searched, const StepVerification& thresholds) {
   if (match.verdict == IcpVerdict::too_few_correspondences) return StepDoubt::no_match;
   if (prediction.is_blind && !was_searched) return StepDoubt::motion;
-  if (match.overlap < belief.minimum_overlap) return StepDoubt::overlap;
-  const bool is_usual = match.balanced_fit >= belief.usual_fit_share * usual_fit;
-  const bool is_plausible = prediction.mahalanobis2(match.model_from_data) <= belief.maximum_mahalanobis2;
+  if (match.overlap < thresholds.minimum_overlap) return StepDoubt::overlap;
+  const bool is_usual = match.balanced_fit >= thresholds.usual_fit_share * usual_fit;
+  const bool is_plausible = prediction.mahalanobis2(match.model_from_data) <= thresholds.maximum_mahalanobis2;
   // A match that the odometry held, and agrees with, is no worse than the odometry alone.
   const bool is_held = prediction.from_odometry && is_plausible;
-  const double least_share = !was_searched ? belief.usual_fit_share
-                             : is_held     ? belief.held_fit_share
-                                           : belief.least_fit_share;
+  const double least_share = !was_searched ? thresholds.usual_fit_share
+                             : is_held     ? thresholds.held_fit_share
+                                           : thresholds.least_fit_share;
   const double least = least_share * usual_fit;
-  if (match.balanced_fit < std::max(least, belief.minimum_fit)) return StepDoubt::fit;
+  if (match.balanced_fit < std::max(least, thresholds.minimum_fit)) return StepDoubt::fit;
   const bool is_at_rest = match.verdict != IcpVerdict::iteration_limit;
   if (!is_at_rest && !was_searched) return StepDoubt::restless;
   // Without odometry a prediction is a guess: it asks for a search, and has no say against what that found.

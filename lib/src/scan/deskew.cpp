@@ -17,7 +17,7 @@ bool is_possible(const Vector6d& twist_per_s) {
 
 }  // namespace
 
-const char* text(DeskewStatus status) {
+const char* to_string(DeskewStatus status) {
   switch (status) {
     case DeskewStatus::ok:
       return "ok";

@@ -100,7 +100,7 @@ void begin_block(LittleEndianWriter& writer, std::uint32_t kind, std::uint16_t v
 
 }  // namespace
 
-const char* text(StoredScanFault fault) {
+const char* to_string(StoredScanFault fault) {
   switch (fault) {
     case StoredScanFault::none:
       return "whole";

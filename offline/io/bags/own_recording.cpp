@@ -31,7 +31,8 @@ bool is_own_recording(const std::filesystem::path& file) {
 bool is_ros_bag(const std::filesystem::path& file_or_folder) {
   std::error_code ignored;
   if (!bags::is_bag(file_or_folder) || !std::filesystem::exists(file_or_folder, ignored)) return false;
-  if (std::filesystem::is_directory(file_or_folder, ignored) || file_or_folder.extension() != ".mcap") return true;
+  if (std::filesystem::is_directory(file_or_folder, ignored) || file_or_folder.extension() != ".mcap")
+    return true;
   return contents_of_mcap(file_or_folder) == Contents::others;
 }
 

@@ -85,22 +85,25 @@ std::vector<std::string> group_profiles(BagSurvey& survey, const BagChoice& choi
   }
   constexpr double least_turn_rad = 20 * rad_per_deg;
   if (grouping.turned_in_all_rad() < least_turn_rad)
-    throw InputError(survey.path,
-                     fmt::format("{} is a 2D laser ({}), and /tf does not turn it against {}: a profile alone is no "
-                                 "3D scan; name the body's frame with --frame, or a topic of clouds with --topic",
-                                 name, topic.channel.type, choice.body_frame));
+    throw InputError(
+        survey.path,
+        fmt::format("{} is a 2D laser ({}), and /tf does not turn it against {}: a profile alone is no "
+                    "3D scan; name the body's frame with --frame, or a topic of clouds with --topic",
+                    name, topic.channel.type, choice.body_frame));
   const std::size_t profiles = topic.scans.size() - without_place;
   std::vector<std::string> told;
   const bool is_all = grouping.finish();
   topic.scans = std::move(grouping.scans());
   if (topic.scans.empty())
     throw InputError(survey.path, fmt::format("the head of {} turns less than it needs for one scan", name));
-  told.push_back(fmt::format("{}: {} profiles of a 2D laser on a turning head are assembled to {} scans", name,
-                             profiles, topic.scans.size()));
+  told.push_back(fmt::format("{}: {} profiles of a 2D laser on a turning head are assembled to {} scans",
+                             name, profiles, topic.scans.size()));
   if (without_place > 0)
-    told.push_back(fmt::format("{}: {} profiles are left out: at their stamps /tf does not lead from {} to {}", name,
-                               without_place, choice.scans_frame, choice.body_frame));
-  if (!is_all) told.push_back(fmt::format("{}: the last profiles, less than half a scan, are left out", name));
+    told.push_back(
+        fmt::format("{}: {} profiles are left out: at their stamps /tf does not lead from {} to {}", name,
+                    without_place, choice.scans_frame, choice.body_frame));
+  if (!is_all)
+    told.push_back(fmt::format("{}: the last profiles, less than half a scan, are left out", name));
   return told;
 }
 

@@ -30,7 +30,7 @@ std::string advice(ScanFileProblem problem) {
 std::string sentence(const ScanFile& file) {
   const std::string why =
       file.error_number() != 0 ? " (" + std::generic_category().message(file.error_number()) + ")" : "";
-  return text(file.problem()) + why + advice(file.problem());
+  return to_string(file.problem()) + why + advice(file.problem());
 }
 
 }  // namespace

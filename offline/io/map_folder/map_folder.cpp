@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 [[noreturn]] void fail_to_bring_back(const fs::path& file, const MapRun& run, std::uint32_t scan,
                                      Status status) {
   throw InputError(run.archive().value_or(file), fmt::format("{} cannot be brought back ({}); map again",
-                                                             run.name_in_source(scan), text(status)));
+                                                             run.name_in_source(scan), to_string(status)));
 }
 
 void write_points(const fs::path& file, MapRun& run) {

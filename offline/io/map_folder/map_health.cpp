@@ -35,7 +35,7 @@ Json health_json(const MapHealth& health, const std::vector<std::size_t>& number
   Json weakest = Json::array();
   for (std::uint32_t i = 0; i < health.weakest_count; ++i)
     weakest.push_back(numbers.at(health.weakest.at(i)));
-  return {{"doubt", text(health.doubt)},
+  return {{"doubt", to_string(health.doubt)},
           {"scans", health.scans},
           {"length_m", health.length_m},
           {"expected_error_m", health.expected_error_m},

@@ -57,7 +57,7 @@ Json loops(const MapRun& run) {
                  {"first_scan", run.source().number(run.mapped()[loop.first].source_index)},
                  {"last_scan", run.source().number(run.mapped()[loop.last].source_index)},
                  {"accepted", accepted},
-                 {"reason", text(loop.verdict)},
+                 {"reason", to_string(loop.verdict)},
                  {"distance_m", loop.distance_m},
                  {"overlap", loop.overlap},
                  {"rms_m", loop.rms_m},
@@ -159,7 +159,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   const MapHealth health = run.mapper().health();
   std::vector<std::size_t> numbers;
   for (const MappedScan& scan : run.mapped()) numbers.push_back(run.source().number(scan.source_index));
-  json["verdict"] = text(health.verdict);
+  json["verdict"] = to_string(health.verdict);
   json["health"] = health_json(health, numbers);
   json["loops"] = loops(run);
   const std::vector<MappedScan>& scans = run.mapped();
@@ -185,7 +185,7 @@ Json run_report(const MapRun& run, const ProgramFacts& program,
   for (const RefusedScan& scan : run.refused())
     refused.push_back({{"scan", run.source().number(scan.source_index)},
                        {"name", run.source().name(scan.source_index)},
-                       {"reason", text(scan.reason)}});
+                       {"reason", to_string(scan.reason)}});
   json["refused_scans"] = std::move(refused);
   Json thinned = Json::array();
   for (const MappedScan& scan : scans) {
@@ -215,8 +215,8 @@ std::string run_summary(const MapRun& run, const Json& report) {
     if (loop.verdict == LoopVerdict::closed) continue;
     line(fmt::format(
         "  {} with {} {} (distance {:.1f} m, overlap {:.0f} %, rms {:.3f} m, correction {:.2f} m)",
-        run.name_in_source(loop.last), run.name_in_source(loop.first), text(loop.verdict), loop.distance_m,
-        100 * loop.overlap, loop.rms_m, loop.correction_m));
+        run.name_in_source(loop.last), run.name_in_source(loop.first), to_string(loop.verdict),
+        loop.distance_m, 100 * loop.overlap, loop.rms_m, loop.correction_m));
   }
   const Json& times = report["times"];
   const auto stage_line = [&](const char* title, const Json& stage_times) {
@@ -226,7 +226,7 @@ std::string run_summary(const MapRun& run, const Json& report) {
   };
   line("times");
   stage_line("front end, a scan", times["front_end"]);
-  stage_line("  thinning out", times["reduce"]);
+  stage_line("  downsampling", times["reduce"]);
   stage_line("  tree and surface", times["store"]);
   stage_line("  matching", times["match"]);
   stage_line("loop matching, a loop", times["loop_match"]);

@@ -126,7 +126,7 @@ const StoredScanView& StoredScanFile::read(std::size_t row) {
   read_bytes(scan.position, scan.bytes);
   if (crc32_of(record_) != scan.crc32) fail(where() + ": its checksum differs");
   if (const StoredScanFault fault = StoredScanView::parse(record_, view_); fault != StoredScanFault::none)
-    fail(where() + ": " + text(fault));
+    fail(where() + ": " + to_string(fault));
   return view_;
 }
 

@@ -133,7 +133,7 @@ std::string ScanDeskew::deskew_by_odometry(const ScanSource& source, std::size_t
   for (std::size_t i = 0; i < poses.size(); i += every) {
     // From the stamp on, as the points: floats of seconds since 1970 would be minutes apart.
     const DeskewStatus added = deskew->add_pose(poses[i].time_s - *stamp_s, poses[i].odometry_from_body);
-    if (added != DeskewStatus::ok) return fmt::format("the odometry: {}", alces::text(added));
+    if (added != DeskewStatus::ok) return fmt::format("the odometry: {}", alces::to_string(added));
   }
   return apply(*deskew, scan);
 }
@@ -143,13 +143,13 @@ std::string ScanDeskew::deskew_by_velocity(ScanPoints& scan) {
   if (!twist_per_s_) return "no step has told the velocity yet";
   DeskewInBlock deskew(DeskewConfig{.pose_capacity = 1});
   const DeskewStatus set = deskew->set_twist(*twist_per_s_);
-  return set == DeskewStatus::ok ? apply(*deskew, scan) : alces::text(set);
+  return set == DeskewStatus::ok ? apply(*deskew, scan) : alces::to_string(set);
 }
 
 std::string ScanDeskew::apply(const Deskew& deskew, ScanPoints& scan) {
   before_ = scan.points;
   const DeskewStatus status = deskew.apply(scan.points, scan.time_s, 0);
-  if (status != DeskewStatus::ok) return alces::text(status);
+  if (status != DeskewStatus::ok) return alces::to_string(status);
   for (std::size_t i = 0; i < before_.size(); ++i)
     largest_shift_m_ = std::max(largest_shift_m_, shift_m(before_[i], scan.points[i]));
   return {};

@@ -9,7 +9,7 @@
 
 namespace alces::offline {
 
-/// The most cells that a scan of `scans` is thinned out to, or `enough`, whichever is more. Only those scans
+/// The most cells that a scan of `scans` is downsampled to, or `enough`, whichever is more. Only those scans
 /// are read whose files could hold more than `enough` points, by what the largest file holds a byte; of a
 /// source that can be read only once, none. A scan that cannot be read counts nothing here: the run says so.
 /// `is_stopped`, unless empty, ends the survey early.

@@ -106,7 +106,7 @@ class Drive {
   static std::size_t bytes_for(const PoseGraph::Capacity& capacity) {
     Arena counting;
     const PoseGraph poses(counting, capacity);
-    const LoopSharing sharing(counting, capacity);
+    const LoopCorrection sharing(counting, capacity);
     return counting.used_bytes();
   }
 
@@ -175,7 +175,7 @@ class Drive {
       throw InputError(
           fmt::format("a constraint of the graph cannot be used ({}); is its information or its "
                       "measurement absurd?",
-                      text(status)));
+                      to_string(status)));
   }
 
   ConstraintGraph& graph_;
@@ -183,7 +183,7 @@ class Drive {
   PoseGraph::Capacity capacity_;
   MemoryBlock block_;
   std::optional<PoseGraph> poses_;  // vertices in the order they were placed
-  std::optional<LoopSharing> sharing_;
+  std::optional<LoopCorrection> sharing_;
   std::vector<std::uint32_t> place_;  // in poses_, of each vertex
   std::vector<std::vector<std::uint32_t>> waiting_;
   std::deque<std::uint32_t> ready_;

@@ -4,13 +4,13 @@
 // the one between consecutive vertices first, otherwise in the graph's order. A vertex is placed by the first
 // constraint that joins it to one that is placed; that edge extends the chain. Every further constraint
 // closes a loop at once: LOA takes the graph apart (loop_optimizer.h), the measurement says where its later
-// vertex lies as seen from the earlier, and the offset is shared out (loop_sharing.h). Poses of the file are
-// not used, but for the first one.
+// vertex lies as seen from the earlier, and the offset is shared out (loop_correction.h). Poses of the file
+// are not used, but for the first one.
 //
 // An optimiser of all edges at once it is not: each loop is closed exactly, and later loops bend it again.
-// Where loops are few and far between, SharingRule::trails shares their offsets out better; where every
+// Where loops are few and far between, CorrectionRule::trails shares their offsets out better; where every
 // vertex is in several (parking-garage, sphere2500), most loops fall back to the paper's rule
-// (loop_sharing.h). The result says both chi-squared, before and after; docs/graphs.md has figures.
+// (loop_correction.h). The result says both chi-squared, before and after; docs/graphs.md has figures.
 //
 // Edge costs: EdgeVariance of pose_graph.h, the diagonal of the inverse of the information; g2o's rotation
 // error is half an angle, so its variance counts four times.
@@ -22,13 +22,13 @@
 #include <cstdint>
 #include <functional>
 
-#include "alces/loop_sharing.h"
+#include "alces/loop_correction.h"
 #include "constraint_graph.h"
 
 namespace alces::offline {
 
 struct ElchSettings {
-  SharingRule rule = SharingRule::trails;
+  CorrectionRule rule = CorrectionRule::trails;
 };
 
 struct ElchResult {

@@ -1,4 +1,4 @@
-// A scan as the relaxation uses it: thinned out, in a k-d tree, with samples of its surface.
+// A scan as the relaxation uses it: downsampled, in a k-d tree, with samples of its surface.
 //
 // Some 15 bytes a point and 20 a sample: 0.2 MB for a scan of 14,000 points. Preparing takes 5 ms, bringing
 // back from bytes a tenth of that.
@@ -46,7 +46,7 @@ class ScanPreparation {
  public:
   explicit ScanPreparation(const LumSettings& settings);
 
-  /// More cells than voxel.cell_capacity: it is thinned out coarser, as in `map`.
+  /// More cells than voxel.cell_capacity: it is downsampled coarser, as in `map`.
   [[nodiscard]] PreparedScan prepare(std::span<const Point> points);
 
  private:

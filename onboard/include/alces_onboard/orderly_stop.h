@@ -27,7 +27,7 @@ struct StopLimits {
 };
 
 enum class StopStage : std::uint8_t { running, stopping_scanner, finishing_map, finished };
-[[nodiscard]] const char* text(StopStage stage);
+[[nodiscard]] const char* to_string(StopStage stage);
 
 class OrderlyStop {
  public:

@@ -22,10 +22,10 @@
 #include <optional>
 #include <span>
 
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/scanner/event.h"
 #include "alces_drivers/scanner/scanner.h"
-#include "alces_drivers/spaced_notices.h"
 #include "alces_onboard/mapping_worker.h"
 #include "alces_onboard/notice_limiter.h"
 #include "alces_onboard/page/live_page.h"
@@ -108,7 +108,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
     }
   };
 
-  struct Surroundings {
+  struct Dependencies {
     Scanner::Ports ports;
     LivePage* page = nullptr;       ///< for other programs
     ByteSink* recording = nullptr;  ///< needed when config.records
@@ -120,7 +120,7 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   [[nodiscard]] static PipelineMemory memory_required(const PipelineConfig& config);
 
   /// Error, when a configuration cannot be; std::bad_alloc.
-  Pipeline(const PipelineConfig& config, const Surroundings& surroundings);
+  Pipeline(const PipelineConfig& config, const Dependencies& dependencies);
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
   ~Pipeline() = default;
@@ -222,9 +222,9 @@ class Pipeline final : public EventSink, public NoticePort, private ScanSink {
   std::int64_t now_ns_ = 0;
   std::int64_t counters_recorded_ns_ = no_stamp_ns;
   std::array<std::int64_t, rate_scans> scan_stamps_ns_{};
-  Seldom drop_notice_{10 * ns_per_s};
+  RateLimiter drop_notice_{10 * ns_per_s};
   NoticeLimiter notice_limiter_;
-  SpacedNotices<NoticeKind> capacity_notices_;
+  NoticeRateLimiter<NoticeKind> capacity_notices_;
   MapFigures figures_;
   MapHealth health_;
   bool has_pose_ = false;

@@ -49,7 +49,7 @@ void copy(const char* text, std::span<char> room) {
   std::copy_n(text, length, room.begin());
 }
 
-Matrix6d covariance_of(const Mapper::Spread& spread) {
+Matrix6d covariance_of(const Mapper::PoseUncertainty& spread) {
   Matrix6d covariance = Matrix6d::Zero();
   covariance.diagonal().head<3>().setConstant(spread.translation_m2 / 3);
   covariance.diagonal().tail<3>().setConstant(spread.rotation_rad2 / 3);
@@ -108,7 +108,7 @@ void LivePage::publish_status(const StatusReport& report, std::int64_t now_ns) {
   status.parts = report.health.parts;
   copy(report.phase, status.phase);
   copy(report.reason, status.reason);
-  if (report.health.verdict != MapVerdict::good) copy(text(report.health.doubt), status.doubt);
+  if (report.health.verdict != MapVerdict::good) copy(to_string(report.health.doubt), status.doubt);
   write(page_.status, status);
 }
 
@@ -123,7 +123,7 @@ void LivePage::publish_loop(const LoopReport& loop, std::int64_t stamp_ns, std::
   event.is_closed = loop.verdict == LoopVerdict::closed ? 1 : 0;
   event.first_scan = loop.first;
   event.last_scan = loop.last;
-  copy(text(loop.verdict), event.verdict);
+  copy(to_string(loop.verdict), event.verdict);
   write_entry(page_.events[map_.events % ALCES_PAGE_EVENTS], event);
   ++map_.events;
   write(page_.map, map_);

@@ -4,7 +4,7 @@
 
 namespace alces {
 
-const char* text(CanBusState state) {
+const char* to_string(CanBusState state) {
   switch (state) {
     case CanBusState::down:
       return "down";

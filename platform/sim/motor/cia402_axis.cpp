@@ -14,7 +14,7 @@ constexpr std::int64_t default_velocity_threshold = 1;  // 0x606F, where the dev
 
 }  // namespace
 
-const char* text(Cia402State state) {
+const char* to_string(Cia402State state) {
   switch (state) {
     case Cia402State::not_ready_to_switch_on:
       return "not ready to switch on";

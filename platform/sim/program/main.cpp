@@ -103,7 +103,7 @@ void print_summary(ScannerOnWires& wires) {
   const ScannerOnWires::Figures& figures = wires.figures();
   SimulatedScanner& scanner = wires.scanner();
   say(fmt::format("head: {:.2f} rpm; motor: {}", 60 * scanner.drive().head_turns_per_s_at(wires.world_ns()),
-                  text(scanner.drive().state())));
+                  to_string(scanner.drive().state())));
   say(fmt::format("CAN: {} frames to the host, {} from it, {} refused; GPIO: {} edges",
                   figures.frames_to_host, figures.frames_from_host, figures.frames_refused, figures.edges));
   for (std::uint8_t channel = 0; channel < byte_channel_count; ++channel) {

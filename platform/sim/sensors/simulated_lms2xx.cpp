@@ -81,7 +81,7 @@ void SimulatedLms2xx::on_telegram(const lms2xx::Telegram& telegram, std::int64_t
   }
   ++counters_.telegrams_taken;
   enqueue({lms2xx::ack_byte}, now_ns + ns_per_ms);
-  const std::int64_t soon_ns = now_ns + settings_.answer_delay_ns;
+  const std::int64_t soon_ns = now_ns + settings_.response_delay_ns;
   const std::span<const std::uint8_t> data = telegram.data;
   const bool is_installing = mode_ == Mode::installation;
   switch (telegram.command) {
@@ -162,7 +162,7 @@ std::uint8_t SimulatedLms2xx::change_mode(std::span<const std::uint8_t> data) {
   constexpr std::uint8_t fault = 2;
   if (data.empty()) return fault;
   if (const std::uint32_t baud = rate_of_mode(data[0]); baud != 0) {
-    baud_after_answer_ = baud;
+    baud_after_response_ = baud;
     return done;
   }
   switch (data[0]) {
@@ -244,9 +244,9 @@ std::optional<SimulatedLms2xx::Chunk> SimulatedLms2xx::poll(std::int64_t now_ns)
     next.sent = due;
     const bool is_garbled = host_baud_ != 0 && host_baud_ != next.baud;
     if (next.sent == next.bytes.size()) outgoing_.pop_front();
-    if (outgoing_.empty() && baud_after_answer_ != 0) {
-      baud_ = baud_after_answer_;
-      baud_after_answer_ = 0;
+    if (outgoing_.empty() && baud_after_response_ != 0) {
+      baud_ = baud_after_response_;
+      baud_after_response_ = 0;
     }
     if (!is_connected_) continue;
     if (is_garbled) {
@@ -276,7 +276,7 @@ void SimulatedLms2xx::measure(std::int64_t until_ns) {
   }
   for (; ready_ns(next_turn_) <= until_ns; ++next_turn_) {
     if (!is_on_ || !is_streaming()) continue;
-    if (line_free_ns_ > ready_ns(next_turn_) || baud_after_answer_ != 0) {
+    if (line_free_ns_ > ready_ns(next_turn_) || baud_after_response_ != 0) {
       ++counters_.sweeps_left_out;
       continue;
     }
@@ -323,7 +323,7 @@ void SimulatedLms2xx::switch_off() {
   is_on_ = false;
   outgoing_.clear();
   line_free_ns_ = INT64_MIN;
-  baud_after_answer_ = 0;
+  baud_after_response_ = 0;
 }
 
 void SimulatedLms2xx::switch_on(std::int64_t now_ns, std::uint32_t baud) {

@@ -17,7 +17,8 @@ void read_bag(const std::filesystem::path& bag) {
     for (std::size_t i = 0; i < scans->size() && i < 20; ++i) {
       require(scans->read(i, scan), "a surveyed scan is there");
       require(scan.time_s.empty() || scan.time_s.size() == scan.size(), "a time a point, or none");
-      require(scan.intensity.empty() || scan.intensity.size() == scan.size(), "an intensity a point, or none");
+      require(scan.intensity.empty() || scan.intensity.size() == scan.size(),
+              "an intensity a point, or none");
       if (const auto pose = scans->odometry(i)) require(is_valid(*pose), "poses are poses");
       require(!scans->name(i).empty(), "a scan has a name");
     }

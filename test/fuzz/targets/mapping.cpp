@@ -217,7 +217,7 @@ ALCES_FUZZ_TARGET(mapper_config) {
     KeySetter setter(place, value);
     settings::visit_mapper(config, setter);
   }
-  if (Mapper::check(config) != Status::ok) return;
+  if (Mapper::validate(config) != Status::ok) return;
   // Good, and slow by intent.
   if (config.scan_match.maximum_iterations > 100 || config.loop_match.maximum_iterations > 100 ||
       config.loop_search.iterations > 100 || config.loop_search.candidates > 10)

@@ -40,9 +40,9 @@
 #include "alces_drivers/assembler/scan.h"
 #include "alces_drivers/encoder/head_angle.h"
 #include "alces_drivers/gps/gps_position.h"
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/odometry/motion.h"
 #include "alces_drivers/scanner/profile.h"
-#include "alces_drivers/spaced_notices.h"
 #include "alces_drivers/stamp.h"
 
 namespace alces {
@@ -103,7 +103,7 @@ struct ScanAssemblerConfig {
 };
 
 /// Null, or one clause that names the value that cannot be.
-[[nodiscard]] const char* problem(const ScanAssemblerConfig& config);
+[[nodiscard]] const char* validate(const ScanAssemblerConfig& config);
 
 struct ScanAssemblerCounters {
   std::uint64_t profiles = 0;
@@ -163,7 +163,7 @@ struct ScanAssemblerCounters {
 };
 
 enum class AssemblerStatus : std::uint8_t { ok, block_too_small, block_misaligned, bad_config };
-[[nodiscard]] const char* text(AssemblerStatus status);
+[[nodiscard]] const char* to_string(AssemblerStatus status);
 
 class ScanAssembler final : public ProfileSink {
  public:
@@ -171,7 +171,7 @@ class ScanAssembler final : public ProfileSink {
   [[nodiscard]] static constexpr std::size_t memory_required(const ScanAssemblerCapacity& capacity);
 
   /// Lays an assembler out in `block` (64-byte aligned), which must outlive it, as must all that is referred
-  /// to. `motion` null: no odometry. Null, and `status` says why; problem(config) says what is wrong with
+  /// to. `motion` null: no odometry. Null, and `status` says why; validate(config) says what is wrong with
   /// bad_config.
   [[nodiscard]] static ScanAssembler* create(std::span<std::byte> block, const ScanAssemblerConfig& config,
                                              const HeadAngle& head, const Motion* motion, ScanSink& sink,
@@ -315,7 +315,7 @@ class ScanAssembler final : public ProfileSink {
   ScanSink* sink_;
   const GpsPosition* gps_ = nullptr;
   PlacedProfileSink* observer_ = nullptr;
-  SpacedNotices<NoticeKind> notices_;
+  NoticeRateLimiter<NoticeKind> notices_;
   ScanAssemblerCounters counters_;
 
   std::uint32_t waiting_count_ = 0;

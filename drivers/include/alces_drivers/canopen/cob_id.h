@@ -30,7 +30,7 @@ inline constexpr std::uint16_t time_stamp_cob_id = 0x100;
   return static_cast<std::uint16_t>(0x100 + 0x100 * number + node);
 }
 /// From the SDO server, which is the node.
-[[nodiscard]] constexpr std::uint16_t sdo_answer_cob_id(std::uint8_t node) {
+[[nodiscard]] constexpr std::uint16_t sdo_response_cob_id(std::uint8_t node) {
   return static_cast<std::uint16_t>(0x580 + node);
 }
 /// To the SDO server.
@@ -49,12 +49,12 @@ enum class Service : std::uint8_t {
   emcy,
   tpdo,
   rpdo,
-  sdo_answer,
+  sdo_response,
   sdo_request,
   heartbeat,
   other,  ///< not of the predefined set: LSS, or a PDO with an identifier of its own
 };
-[[nodiscard]] const char* text(Service service);
+[[nodiscard]] const char* to_string(Service service);
 
 struct Origin {
   Service service = Service::other;

@@ -16,8 +16,8 @@
 #include "alces_drivers/canopen/heartbeat.h"
 #include "alces_drivers/canopen/nmt.h"
 #include "alces_drivers/canopen/sync.h"
-#include "alces_drivers/fixed_table.h"
 #include "alces_drivers/port/can_port.h"
+#include "alces_drivers/static_vector.h"
 
 namespace alces::canopen {
 
@@ -98,8 +98,8 @@ class Master {
   SyncProducer sync_;
   HeartbeatProducer heartbeat_;
   bool is_link_up_ = true;
-  FixedTable<NodeDriver*, maximum_drivers> drivers_;
-  FixedTable<Subscription, maximum_subscriptions> subscriptions_;
+  StaticVector<NodeDriver*, maximum_drivers> drivers_;
+  StaticVector<Subscription, maximum_subscriptions> subscriptions_;
   std::array<std::uint64_t, 32> wanted_{};  ///< one bit a COB-ID
   Counters counters_;
 };

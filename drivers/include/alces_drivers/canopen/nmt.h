@@ -15,7 +15,7 @@ enum class NmtCommand : std::uint8_t {
   reset_node = 0x81,           ///< the application too; a boot-up message follows
   reset_communication = 0x82,  ///< the objects 0x1000 to 0x1FFF; a boot-up message follows
 };
-[[nodiscard]] const char* text(NmtCommand command);
+[[nodiscard]] const char* to_string(NmtCommand command);
 
 enum class NmtState : std::uint8_t {
   boot_up = 0x00,
@@ -24,7 +24,7 @@ enum class NmtState : std::uint8_t {
   pre_operational = 0x7F,
   unknown = 0xFF,  ///< nothing heard of it yet, or a byte that CiA 301 does not know
 };
-[[nodiscard]] const char* text(NmtState state);
+[[nodiscard]] const char* to_string(NmtState state);
 
 struct NmtOrder {
   NmtCommand command = NmtCommand::start;

@@ -8,7 +8,7 @@
 
 #include "alces_drivers/can_frame.h"
 #include "alces_drivers/canopen/object.h"
-#include "alces_drivers/fixed_table.h"
+#include "alces_drivers/static_vector.h"
 
 namespace alces::canopen {
 
@@ -50,7 +50,7 @@ struct PdoConfig {
   bool keeps_transmission_type = false;  ///< likewise
   std::uint16_t inhibit_time_100us = 0;  ///< 0: not written
   std::uint16_t event_timer_ms = 0;      ///< 0: not written
-  FixedTable<PdoEntry, maximum_entries> entries;
+  StaticVector<PdoEntry, maximum_entries> entries;
 
   [[nodiscard]] std::uint16_t cob_id_of(PdoDirection direction, std::uint8_t node) const;
   [[nodiscard]] std::uint32_t bits() const;  ///< of all entries
@@ -61,7 +61,7 @@ struct PdoConfig {
 /// 64 bits.
 [[nodiscard]] bool is_valid(const PdoConfig& pdo, PdoDirection direction, std::uint8_t node);
 
-using PdoWrites = FixedTable<ObjectWrite, PdoConfig::maximum_writes>;
+using PdoWrites = StaticVector<ObjectWrite, PdoConfig::maximum_writes>;
 
 /// The writes that set a PDO up, in the order CiA 301 prescribes: disable, no entries, the entries, their
 /// number, transmission type (and times), enable.

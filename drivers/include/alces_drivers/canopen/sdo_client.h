@@ -23,8 +23,9 @@
 namespace alces::canopen {
 
 struct SdoTiming {
-  std::int64_t answer_timeout_ns = 300 * ns_per_ms;  ///< from the request to its answer; of each segment too
-  std::uint8_t retry_limit = 2;                      ///< transfers after the first; 0: none
+  std::int64_t response_timeout_ns =
+      300 * ns_per_ms;           ///< from the request to its answer; of each segment too
+  std::uint8_t retry_limit = 2;  ///< transfers after the first; 0: none
 };
 
 enum class SdoStatus : std::uint8_t {
@@ -38,7 +39,7 @@ enum class SdoStatus : std::uint8_t {
   size_mismatch,  ///< fewer or more bytes than announced came; aborted by us
   bad_toggle,     ///< a segment's toggle bit did not alternate; aborted by us
 };
-[[nodiscard]] const char* text(SdoStatus status);
+[[nodiscard]] const char* to_string(SdoStatus status);
 
 class SdoClient {
  public:
@@ -104,8 +105,8 @@ class SdoClient {
   void ask_next_segment(std::int64_t now_ns);
   void finish(SdoStatus status) { status_ = status; }
   void give_up(SdoStatus status, std::uint32_t abort_code);
-  void on_answer(const SdoMessage& answer, std::int64_t stamp_ns);
-  void on_upload_answer(const SdoMessage& answer, std::int64_t stamp_ns);
+  void on_response(const SdoMessage& answer, std::int64_t stamp_ns);
+  void on_upload_response(const SdoMessage& answer, std::int64_t stamp_ns);
   void on_upload_segment(const SdoMessage& answer, std::int64_t stamp_ns);
   [[nodiscard]] bool append(std::span<const std::uint8_t> bytes);
 

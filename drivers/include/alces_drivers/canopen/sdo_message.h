@@ -14,17 +14,17 @@ namespace alces::canopen {
 
 enum class SdoKind : std::uint8_t {
   download_request,
-  download_answer,
+  download_response,
   download_segment_request,
-  download_segment_answer,
+  download_segment_response,
   upload_request,
-  upload_answer,
+  upload_response,
   upload_segment_request,
-  upload_segment_answer,
+  upload_segment_response,
   abort,
   block,  ///< of a block transfer
 };
-[[nodiscard]] const char* text(SdoKind kind);
+[[nodiscard]] const char* to_string(SdoKind kind);
 
 struct SdoMessage {
   SdoKind kind = SdoKind::abort;

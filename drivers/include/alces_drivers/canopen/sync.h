@@ -1,4 +1,4 @@
-// SYNC: the beat at which nodes sample and send. Producer, with or without the counter. CiA 301
+// SYNC: the SYNC cycle at which nodes sample and send. Producer, with or without the counter. CiA 301
 // version 4.2, 7.2.5.
 #pragma once
 
@@ -19,7 +19,7 @@ class SyncProducer {
  public:
   struct Counters {
     std::uint64_t sent = 0;
-    std::uint64_t skipped = 0;    ///< beats that were over before a tick came
+    std::uint64_t skipped = 0;    ///< SYNC cycles that were over before a tick came
     std::uint64_t not_taken = 0;  ///< the port's queue was full; skipped as well
 
     template <class Visitor>
@@ -36,8 +36,8 @@ class SyncProducer {
   void start(std::int64_t now_ns);
   void stop() { due_ns_ = no_stamp_ns; }
 
-  /// Sends one SYNC when a beat is due, also when several were missed; the beats stay where start() put them.
-  /// True: it was sent just now.
+  /// Sends one SYNC when a SYNC cycle is due, also when several were missed; the SYNC cycles stay where
+  /// start() put them. True: it was sent just now.
   bool on_tick(std::int64_t now_ns, CanPort& port);
 
   /// When the next one is due: the latest time for a tick that is not to delay it. no_stamp_ns: none is.

@@ -30,11 +30,11 @@
 #include "alces_drivers/cola_b/frame.h"
 #include "alces_drivers/cola_b/scan_data.h"
 #include "alces_drivers/minimum_delay_filter.h"
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/scanner/laser.h"
 #include "alces_drivers/scanner/profile.h"
-#include "alces_drivers/spaced_notices.h"
 
 namespace alces {
 
@@ -63,7 +63,7 @@ struct ColaBConfig {
 };
 
 /// What is wrong with it; null: nothing.
-[[nodiscard]] const char* problem(const ColaBConfig& config);
+[[nodiscard]] const char* validate(const ColaBConfig& config);
 
 // Final, and never deleted through its base: a virtual destructor would bring operator delete along.
 // NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor)
@@ -75,7 +75,7 @@ class ColaB final : public Laser {
     std::uint64_t requests = 0;        ///< repetitions included
     std::uint64_t writes_refused = 0;  ///< by the port
     std::uint64_t time_outs = 0;
-    std::uint64_t error_answers = 0;       ///< sFA
+    std::uint64_t error_responses = 0;     ///< sFA
     std::uint64_t refusals = 0;            ///< answers that say no
     std::uint64_t silences = 0;            ///< while measuring
     std::uint64_t telegrams_missed = 0;    ///< by the laser's telegram counter
@@ -92,7 +92,7 @@ class ColaB final : public Laser {
       visit("requests", requests);
       visit("writes_refused", writes_refused);
       visit("time_outs", time_outs);
-      visit("error_answers", error_answers);
+      visit("error_responses", error_responses);
       visit("refusals", refusals);
       visit("silences", silences);
       visit("telegrams_missed", telegrams_missed);
@@ -142,8 +142,8 @@ class ColaB final : public Laser {
   [[nodiscard]] bool do_rays_fit(std::span<const std::uint8_t> range, std::int64_t now_ns);
   void begin_measuring(std::int64_t now_ns);
   void on_payload(std::span<const std::uint8_t> payload, std::int64_t stamp_ns);
-  void on_error_answer(std::span<const std::uint8_t> payload, std::int64_t now_ns);
-  void on_answer(std::span<const std::uint8_t> result, std::int64_t now_ns);
+  void on_error_response(std::span<const std::uint8_t> payload, std::int64_t now_ns);
+  void on_response(std::span<const std::uint8_t> result, std::int64_t now_ns);
   void on_scan(std::span<const std::uint8_t> payload, std::int64_t stamp_ns);
   void watch_status(std::uint16_t status, std::int64_t now_ns);
   void raise(std::int64_t now_ns, Severity severity, const char* text);
@@ -153,7 +153,7 @@ class ColaB final : public Laser {
   BytePort& port_;
   NoticePort& notices_;
   ProfileSink& sink_;
-  SpacedNotices<NoticeKind> spaced_notices_;
+  NoticeRateLimiter<NoticeKind> notice_limiter_;
   cola_b::FrameParser parser_;
   MinimumDelayFilter clock_;
 

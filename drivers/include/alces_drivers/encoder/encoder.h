@@ -21,7 +21,7 @@
 // Judged: pulses that bounce (debounce_ns), come where none is due (extra), or stay away (missing); a head
 // that turns back, stands, or leaves its speed; A and B swapped; counts that jump (the drive was reset),
 // stand still or come in the wrong order; edges that the kernel lost; stamps that cannot be. All are counted;
-// people hear of them at once, and while they go on after 1, 2, 4, ... 64 s (spaced_notices.h). After each of
+// people hear of them at once, and while they go on after 1, 2, 4, ... 64 s (notice_rate_limiter.h). After each of
 // them the next good pulse brings the angle back.
 //
 // The profile-sync line is counted and its last stamp kept. It does not refine the rays' times: the laser
@@ -38,7 +38,7 @@
 #include "alces_drivers/encoder/edge.h"
 #include "alces_drivers/encoder/head_angle.h"
 #include "alces_drivers/encoder/quadrature.h"
-#include "alces_drivers/spaced_notices.h"
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/stamp.h"
 
 namespace alces {
@@ -77,7 +77,7 @@ struct EncoderConfig {
   HeadSmoothness smoothness;
 
   bool wait_for_index = false;
-  std::int64_t node_interval_ns = 5 * ns_per_ms;   ///< counts that come faster are thinned out
+  std::int64_t node_interval_ns = 5 * ns_per_ms;   ///< counts that come faster are downsampled
   std::int64_t maximum_gap_ns = 250 * ns_per_ms;   ///< between counts; a longer one is bridged by pulses only
   std::int64_t maximum_wait_ns = 400 * ns_per_ms;  ///< for what comes after; then it is done without. With
                                                    ///< wait_for_index or without counts: more than a turn
@@ -86,7 +86,7 @@ struct EncoderConfig {
 };
 
 /// Null, or one clause that names the value that cannot be.
-[[nodiscard]] const char* problem(const EncoderConfig& config);
+[[nodiscard]] const char* validate(const EncoderConfig& config);
 
 struct EncoderCounters {
   std::uint64_t edges = 0;
@@ -147,7 +147,7 @@ struct EncoderCounters {
 
 class Encoder final : public HeadAngle {
  public:
-  /// The configuration must be one that problem() finds nothing wrong with.
+  /// The configuration must be one that validate() finds nothing wrong with.
   Encoder(const EncoderConfig& config, NoticePort& notices);
 
   void on_edge(const GpioEdge& edge, std::int64_t stamp_ns);
@@ -251,7 +251,7 @@ class Encoder final : public HeadAngle {
   [[nodiscard]] bool is_forward_now() const;
 
   EncoderConfig config_;
-  SpacedNotices<NoticeKind> notices_;
+  NoticeRateLimiter<NoticeKind> notices_;
   EncoderCounters counters_;
 
   std::int64_t now_ns_ = no_stamp_ns;

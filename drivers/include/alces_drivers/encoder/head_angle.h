@@ -11,7 +11,7 @@ enum class AngleStatus : std::uint8_t {
   too_old,  ///< before what is remembered
   lost,     ///< not known, and later events will hardly change that
 };
-[[nodiscard]] const char* text(AngleStatus status);
+[[nodiscard]] const char* to_string(AngleStatus status);
 
 struct AngleAnswer {
   AngleStatus status = AngleStatus::lost;

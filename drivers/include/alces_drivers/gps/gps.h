@@ -44,7 +44,7 @@ struct GpsConfig {
 };
 
 /// What is wrong with it; null: nothing.
-[[nodiscard]] const char* problem(const GpsConfig& config);
+[[nodiscard]] const char* validate(const GpsConfig& config);
 
 struct GpsFix {
   std::int64_t stamp_ns = 0;

@@ -59,7 +59,7 @@ struct Lms2xxConfig {
 };
 
 /// What is wrong with it; null: nothing.
-[[nodiscard]] const char* problem(const Lms2xxConfig& config);
+[[nodiscard]] const char* validate(const Lms2xxConfig& config);
 
 // Final, and never deleted through its base: a virtual destructor would bring operator delete along.
 // NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor)
@@ -141,12 +141,12 @@ class Lms2xx final : public Laser {
   void request_mode(std::uint8_t mode, std::int64_t time_out_ns, std::int64_t now_ns);
   void transmit(std::int64_t now_ns);
   void repeat_or_give_up(std::int64_t now_ns, const char* why);
-  [[nodiscard]] bool awaits_answer() const;
+  [[nodiscard]] bool awaits_response() const;
 
   void on_nak(std::int64_t now_ns);
   void on_ack(std::int64_t now_ns);
   void on_telegram(const lms2xx::Telegram& telegram, std::int64_t end_stamp_ns, std::int64_t now_ns);
-  void on_answer(const lms2xx::Telegram& telegram, std::int64_t now_ns);
+  void on_response(const lms2xx::Telegram& telegram, std::int64_t now_ns);
   void on_values(const lms2xx::Telegram& telegram, std::int64_t end_stamp_ns);
   void watch_status(std::uint8_t status, std::int64_t now_ns);
   void give_up_stale_bytes(std::int64_t now_ns);

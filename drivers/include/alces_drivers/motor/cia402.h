@@ -33,7 +33,7 @@ enum class State : std::uint8_t {
   fault_reaction_active,
   fault,
 };
-[[nodiscard]] const char* text(State state);
+[[nodiscard]] const char* to_string(State state);
 
 [[nodiscard]] State state_of(std::uint16_t statusword);
 

@@ -25,7 +25,7 @@ enum class MasterLossReaction : std::uint8_t {
   by_maker,         ///< a watchdog of the maker's was configured
 };
 /// A sentence for people; static storage.
-[[nodiscard]] const char* text(MasterLossReaction reaction);
+[[nodiscard]] const char* to_string(MasterLossReaction reaction);
 /// Somebody has to think of the hardware: the shaft is not known to stop by itself.
 [[nodiscard]] constexpr bool is_unsafe(MasterLossReaction reaction) {
   return reaction == MasterLossReaction::unknown || reaction == MasterLossReaction::none;
@@ -54,7 +54,7 @@ class MasterLoss {
  private:
   enum class Step : std::uint8_t { read_consumer, read_option, write_option, done };
 
-  void take_answer();
+  void take_response();
   void finish(MasterLossReaction reaction);
 
   Config config_;

@@ -50,9 +50,9 @@
 #include "alces_drivers/motor/process_data.h"
 #include "alces_drivers/motor/speed_supervisor.h"
 #include "alces_drivers/motor/stop_by_sdo.h"
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/port/can_port.h"
 #include "alces_drivers/port/notice_port.h"
-#include "alces_drivers/spaced_notices.h"
 
 namespace alces {
 
@@ -174,7 +174,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   [[nodiscard]] MotorState state() const { return state_; }
   [[nodiscard]] MotorReason reason_code() const { return reason_; }
   /// Why it is in this state, for people.
-  [[nodiscard]] const char* reason() const { return text(reason_); }
+  [[nodiscard]] const char* reason() const { return to_string(reason_); }
   /// More about the reason: the meaning of an abort or error code, of a bad configuration; "" where there is
   /// none.
   [[nodiscard]] const char* detail() const { return detail_; }
@@ -203,7 +203,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   void tell_hexadecimal(const char* text, std::int64_t value);
   void order(canopen::NmtCommand command);
   void send_pending_order();
-  void beat(std::int64_t now_ns);
+  void on_sync_cycle(std::int64_t now_ns);
   [[nodiscard]] std::uint16_t next_controlword();
   [[nodiscard]] std::uint16_t quick_stop_controlword() const;
   void ramp(std::int64_t now_ns);
@@ -266,7 +266,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   enum class NoticeKind : std::uint8_t { drive_warns, count };
 
   NoticePort& notices_;
-  SpacedNotices<NoticeKind> spaced_notices_;  ///< what the drive itself may say again and again
+  NoticeRateLimiter<NoticeKind> notice_limiter_;  ///< what the drive itself may say again and again
   DriveFeedbackSink& sink_;
   canopen::SdoClient sdo_;
   canopen::Configurator configurator_;
@@ -278,8 +278,8 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   ProcessData process_data_;
   SpeedSupervisor speed_;
   Permit permit_;
-  FixedTable<canopen::ConfigurationStep, maximum_steps> steps_;
-  FixedTable<std::uint16_t, MotorConfig::maximum_pdos + 5> cob_ids_;
+  StaticVector<canopen::ConfigurationStep, maximum_steps> steps_;
+  StaticVector<std::uint16_t, MotorConfig::maximum_pdos + 5> cob_ids_;
 
   MotorState state_ = MotorState::stopped;
   MotorReason reason_ = MotorReason::not_started;
@@ -300,7 +300,7 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
 
   // The cycle.
   std::int64_t cyclic_since_ns_ = no_stamp_ns;
-  std::int64_t last_beat_ns_ = no_stamp_ns;
+  std::int64_t last_cycle_ns_ = no_stamp_ns;
   double commanded_velocity_units_ = 0;
   std::uint16_t beats_without_echo_ = 0;
   bool is_echo_told_ = false;
@@ -309,16 +309,17 @@ class Motor final : public canopen::NodeDriver {  // NOLINT(cppcoreguidelines-vi
   // Enabling and faults.
   cia402::State seen_state_ = cia402::State::unknown;
   std::int64_t seen_state_since_ns_ = 0;
-  std::uint8_t reset_beats_ = 0;   ///< of controlword 0 before the rising edge
+  std::uint8_t reset_cycles_ = 0;  ///< of controlword 0 before the rising edge
   bool was_fault_reset_ = false;   ///< in this enabling
-  std::uint8_t enable_beats_ = 0;  ///< of controlword "enable operation" in a row, while the drive is enabled
+  std::uint8_t enable_cycles_ =
+      0;  ///< of controlword "enable operation" in a row, while the drive is enabled
   bool is_reading_mode_ = false;
   bool is_reading_error_code_ = false;
   StopPhase stop_phase_ = StopPhase::ramp_down;
   std::int64_t stop_phase_since_ns_ = 0;
   std::uint64_t permits_seen_ = 0;  ///< edges of the permit that were acted upon
   bool is_disabled_told_ = false;   ///< of held and failed: the drive said so
-  std::uint8_t still_beats_ = 0;    ///< PDOs in a row that showed no torque and speed 0, in this phase
+  std::uint8_t still_cycles_ = 0;   ///< PDOs in a row that showed no torque and speed 0, in this phase
 
   std::uint16_t last_emcy_code_ = 0;  ///< 0: none, or reset
   std::int64_t last_emcy_told_ns_ = no_stamp_ns;

@@ -8,10 +8,10 @@
 #include "alces_drivers/canopen/pdo.h"
 #include "alces_drivers/canopen/sdo_client.h"
 #include "alces_drivers/canopen/sync.h"
-#include "alces_drivers/fixed_table.h"
 #include "alces_drivers/motor/back_off.h"
 #include "alces_drivers/motor/permit.h"
 #include "alces_drivers/stamp.h"
+#include "alces_drivers/static_vector.h"
 
 namespace alces {
 
@@ -47,19 +47,19 @@ struct MotorConfig {
 
   // The configuration, in this order: checks, writes, mode of operation, PDOs, heartbeats.
   MotorReset reset = MotorReset::communication;
-  FixedTable<canopen::ObjectCheck, maximum_checks> checks;  ///< such as 0x1000, 0x1018, 0x6502
-  FixedTable<canopen::ObjectWrite, maximum_writes>
+  StaticVector<canopen::ObjectCheck, maximum_checks> checks;  ///< such as 0x1000, 0x1018, 0x6502
+  StaticVector<canopen::ObjectWrite, maximum_writes>
       writes;  ///< such as 0x6083 to 0x6085, 0x605A, maker's objects
-  FixedTable<canopen::ObjectWrite, maximum_watchdog_writes>
+  StaticVector<canopen::ObjectWrite, maximum_watchdog_writes>
       watchdog_writes;        ///< the maker's own watchdog of its master, where it has one; after the writes
   bool writes_mode = true;    ///< 0x6060; false: the drive has no other mode
   bool verifies_mode = true;  ///< 0x6061 must show profile velocity once operation is enabled
-  FixedTable<canopen::PdoConfig, maximum_pdos>
+  StaticVector<canopen::PdoConfig, maximum_pdos>
       tpdos;  ///< must hold 0x6041, 0x6064, 0x606C; one or several PDOs
-  FixedTable<canopen::PdoConfig, maximum_pdos>
+  StaticVector<canopen::PdoConfig, maximum_pdos>
       rpdos;  ///< must hold 0x6040, 0x60FF; may hold 0x6060; nothing else
-  FixedTable<canopen::PdoConfig, maximum_pdos> tpdos_to_disable;  ///< only their numbers and COB-IDs count
-  FixedTable<canopen::PdoConfig, maximum_pdos> rpdos_to_disable;
+  StaticVector<canopen::PdoConfig, maximum_pdos> tpdos_to_disable;  ///< only their numbers and COB-IDs count
+  StaticVector<canopen::PdoConfig, maximum_pdos> rpdos_to_disable;
 
   // The speed, in the unit of 0x60FF and 0x606C.
   std::int32_t target_velocity_units = 0;
@@ -109,9 +109,9 @@ enum class MotorConfigStatus : std::uint8_t {
   bad_speed,  ///< target 0, tolerance negative or as large as the target, stall speed negative or within it
   ramp_too_slow,  ///< our ramp takes longer than spin_up_timeout_ns
   bad_back_off,   ///< delays not positive, or the first above the maximum
-  bad_permit,     ///< see problem(PermitConfig)
+  bad_permit,     ///< see validate(PermitConfig)
 };
-[[nodiscard]] const char* text(MotorConfigStatus status);
-[[nodiscard]] MotorConfigStatus check(const MotorConfig& config);
+[[nodiscard]] const char* to_string(MotorConfigStatus status);
+[[nodiscard]] MotorConfigStatus validate(const MotorConfig& config);
 
 }  // namespace alces

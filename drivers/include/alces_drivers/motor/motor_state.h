@@ -18,7 +18,7 @@ enum class MotorState : std::uint8_t {
   held,         ///< there is no permit: disabled
   unconfirmed,  ///< after stop(): nothing more is sent, and the drive did not say that it stands
 };
-[[nodiscard]] const char* text(MotorState state);
+[[nodiscard]] const char* to_string(MotorState state);
 
 enum class MotorReason : std::uint8_t {
   // On the way.
@@ -61,7 +61,7 @@ enum class MotorReason : std::uint8_t {
   stop_not_confirmed,
 };
 /// A sentence for people, with what to do where one can say; static storage.
-[[nodiscard]] const char* text(MotorReason reason);
+[[nodiscard]] const char* to_string(MotorReason reason);
 [[nodiscard]] constexpr bool is_failure(MotorReason reason) {
   return reason >= MotorReason::bus_down;
 }

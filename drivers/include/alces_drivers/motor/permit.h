@@ -36,7 +36,7 @@ struct PermitConfig {
 };
 
 /// Null, or what cannot be.
-[[nodiscard]] const char* problem(const PermitConfig& config);
+[[nodiscard]] const char* validate(const PermitConfig& config);
 
 class Permit {
  public:

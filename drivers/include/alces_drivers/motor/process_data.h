@@ -2,9 +2,9 @@
 // velocity, and controlword and target velocity to frames. Knows what a bus does to PDOs: loses, repeats,
 // delays and reorders them.
 //
-// With SYNC a drive in a synchronous transmission type sends each TPDO at most once a beat. So a second one
-// with the same bytes is the bus's repetition and is dropped; a second one with other bytes means
-// that one of the two is a beat late: its values count, marked as extra. A frame whose stamp does not follow
+// With SYNC a drive in a synchronous transmission type sends each TPDO at most once a SYNC cycle. So a second
+// one with the same bytes is the bus's repetition and is dropped; a second one with other bytes means that
+// one of the two is a SYNC cycle late: its values count, marked as extra. A frame whose stamp does not follow
 // that of the last one is dropped. A state that shows in one cyclic PDO only is taken for a delayed one: a
 // change of state counts when it is seen twice.
 #pragma once
@@ -28,7 +28,7 @@ class ProcessData {
     std::uint64_t malformed = 0;       ///< shorter than what is mapped
     std::uint64_t repeated = 0;        ///< dropped
     std::uint64_t stale = 0;           ///< dropped: its stamp is not after that of the last one
-    std::uint64_t extra = 0;           ///< a second one in a beat, with other bytes
+    std::uint64_t extra = 0;           ///< a second one in a SYNC cycle, with other bytes
     std::uint64_t missed = 0;          ///< beats without one that was due
     std::uint64_t states_ignored = 0;  ///< a state that was seen once only
 
@@ -79,13 +79,13 @@ class ProcessData {
   struct Tpdo {
     std::uint16_t cob_id = 0;
     std::uint8_t bytes = 0;
-    std::uint8_t beats_between = 0;  ///< 0: not bound to every so many SYNCs
-    canopen::PdoField statusword;    ///< 0 bits: not there; so the others
+    std::uint8_t cycles_between = 0;  ///< 0: not bound to every so many SYNCs
+    canopen::PdoField statusword;     ///< 0 bits: not there; so the others
     canopen::PdoField position;
     canopen::PdoField velocity;
     std::int64_t last_stamp_ns = no_stamp_ns;
-    std::uint32_t beats_since_last = 0;
-    bool came_in_this_beat = false;
+    std::uint32_t cycles_since_last = 0;
+    bool came_in_this_cycle = false;
     CanFrame last;
   };
   struct Rpdo {
@@ -98,8 +98,8 @@ class ProcessData {
 
   void take_statusword(std::uint16_t statusword, bool is_cyclic);
 
-  FixedTable<Tpdo, MotorConfig::maximum_pdos> tpdos_;
-  FixedTable<Rpdo, MotorConfig::maximum_pdos> rpdos_;
+  StaticVector<Tpdo, MotorConfig::maximum_pdos> tpdos_;
+  StaticVector<Rpdo, MotorConfig::maximum_pdos> rpdos_;
   DriveFeedback feedback_;
   std::int64_t position_stamp_ns_ = no_stamp_ns;
   std::int64_t velocity_stamp_ns_ = no_stamp_ns;

@@ -43,7 +43,7 @@ class StopBySdo {
   static constexpr std::uint8_t confirmations_needed = 2;
   enum class Step : std::uint8_t { command, read_statusword, read_velocity };
 
-  void take_answer(std::int64_t now_ns);
+  void take_response(std::int64_t now_ns);
   void begin_step(std::int64_t now_ns);
   /// False: this state needs none.
   [[nodiscard]] bool needs_command(std::uint16_t& controlword, std::int64_t now_ns) const;

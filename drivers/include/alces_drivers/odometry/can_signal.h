@@ -43,7 +43,7 @@ enum class SignalStatus : std::uint8_t {
   out_of_limits,    ///< outside [minimum|maximum], or no finite number
   does_not_fit,     ///< insert only: the raw number needs more bits than there are
 };
-[[nodiscard]] const char* text(SignalStatus status);
+[[nodiscard]] const char* to_string(SignalStatus status);
 
 struct SignalValue {
   SignalStatus status = SignalStatus::bad_signal;

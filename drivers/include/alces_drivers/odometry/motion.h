@@ -13,7 +13,7 @@ enum class MotionStatus : std::uint8_t {
   too_old,  ///< before what is remembered
   stale,    ///< no believable odometry at that time
 };
-[[nodiscard]] const char* text(MotionStatus status);
+[[nodiscard]] const char* to_string(MotionStatus status);
 
 struct MotionAnswer {
   MotionStatus status = MotionStatus::stale;

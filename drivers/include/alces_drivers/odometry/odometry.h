@@ -24,10 +24,10 @@
 #include <array>
 #include <cstdint>
 
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/odometry/can_signal.h"
 #include "alces_drivers/odometry/motion.h"
 #include "alces_drivers/odometry/odometry_uncertainty.h"
-#include "alces_drivers/spaced_notices.h"
 #include "alces_drivers/stamp.h"
 #include "alces_drivers/stamp_ring.h"
 
@@ -72,7 +72,7 @@ struct OdometryConfig {
 };
 
 /// Null, or one clause that names the value that cannot be.
-[[nodiscard]] const char* problem(const OdometryConfig& config);
+[[nodiscard]] const char* validate(const OdometryConfig& config);
 
 struct OdometryCounters {
   std::uint64_t frames = 0;  ///< with a signal of ours
@@ -123,7 +123,7 @@ struct OdometryState {
 
 class Odometry final : public Motion {
  public:
-  /// The configuration must be one that problem() finds nothing wrong with.
+  /// The configuration must be one that validate() finds nothing wrong with.
   Odometry(const OdometryConfig& config, NoticePort& notices);
 
   /// Any frame of the bus; those without a signal of ours are passed over.
@@ -189,7 +189,7 @@ class Odometry final : public Motion {
   [[nodiscard]] bool is_frame_new(Message& message, const CanFrame& frame, std::int64_t stamp_ns);
   void take_alive_counter(const CanFrame& frame, std::int64_t stamp_ns);
   void take_value(std::size_t channel, double value, std::int64_t stamp_ns);
-  [[nodiscard]] bool is_change_believed(Integral& integral, double value, double limit,
+  [[nodiscard]] bool is_change_verified(Integral& integral, double value, double limit,
                                         std::int64_t stamp_ns);
   void make_node_if_complete();
   [[nodiscard]] double increment(std::size_t channel, std::int64_t stamp_ns);
@@ -202,7 +202,7 @@ class Odometry final : public Motion {
   [[nodiscard]] bool is_rate(std::size_t channel) const { return channel >= roll; }
 
   OdometryConfig config_;
-  SpacedNotices<NoticeKind> notices_;
+  NoticeRateLimiter<NoticeKind> notices_;
   OdometryCounters counters_;
   std::array<CanSignalSource, signal_count> sources_;  ///< by channel
   std::array<Integral, signal_count> integrals_;

@@ -7,7 +7,7 @@ namespace alces {
 
 enum class Severity : std::uint8_t { info, warning, error };
 /// "info", "warning", "error".
-[[nodiscard]] const char* text(Severity severity);
+[[nodiscard]] const char* to_string(Severity severity);
 
 struct Notice {
   std::int64_t stamp_ns = 0;

@@ -7,7 +7,7 @@
 namespace alces {
 
 enum class LaserState : std::uint8_t { stopped, connecting, configuring, measuring, stopping, failed };
-[[nodiscard]] const char* text(LaserState state);
+[[nodiscard]] const char* to_string(LaserState state);
 
 class Laser {
  public:

@@ -31,12 +31,12 @@
 #include "alces_drivers/gps/gps.h"
 #include "alces_drivers/lms2xx/lms2xx.h"
 #include "alces_drivers/motor/motor.h"
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/odometry/odometry.h"
 #include "alces_drivers/port/byte_port.h"
 #include "alces_drivers/port/can_port.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/scanner/event.h"
-#include "alces_drivers/spaced_notices.h"
 
 namespace alces {
 
@@ -70,7 +70,7 @@ struct ScannerConfig {
 };
 
 /// Null, or one clause that names the value that cannot be.
-[[nodiscard]] const char* problem(const ScannerConfig& config);
+[[nodiscard]] const char* validate(const ScannerConfig& config);
 
 enum class ScannerPhase : std::uint8_t {
   stopped,
@@ -81,7 +81,7 @@ enum class ScannerPhase : std::uint8_t {
   stopping_motor,
   left,  ///< ended, but the drive did not confirm that the motor stands
 };
-[[nodiscard]] const char* text(ScannerPhase phase);
+[[nodiscard]] const char* to_string(ScannerPhase phase);
 
 /// What a driver's counters are summed under, for people and recordings.
 enum class ScannerPart : std::uint8_t {
@@ -95,7 +95,7 @@ enum class ScannerPart : std::uint8_t {
   assembler,
   count
 };
-[[nodiscard]] const char* text(ScannerPart part);
+[[nodiscard]] const char* to_string(ScannerPart part);
 
 class Scanner final : public EventSink {
  public:
@@ -132,7 +132,7 @@ class Scanner final : public EventSink {
   [[nodiscard]] static std::size_t memory_required(const ScannerConfig& config);
 
   /// Lays a scanner out in `block` (64-byte aligned), which must outlive it, as must all that is referred to.
-  /// Null, and `status` says why; problem(config) says what is wrong with bad_config.
+  /// Null, and `status` says why; validate(config) says what is wrong with bad_config.
   [[nodiscard]] static Scanner* create(std::span<std::byte> block, const ScannerConfig& config,
                                        const Ports& ports, ScanSink& sink, NoticePort& notices,
                                        AssemblerStatus& status);
@@ -252,7 +252,7 @@ class Scanner final : public EventSink {
   std::int64_t phase_since_ns_ = no_stamp_ns;
   std::int64_t now_ns_ = no_stamp_ns;
   enum class NoticeKind : std::uint8_t { stamp, count };
-  SpacedNotices<NoticeKind> spaced_notices_;
+  NoticeRateLimiter<NoticeKind> notice_limiter_;
   std::int64_t dry_since_ns_ = no_stamp_ns;  ///< of the last scan, or since when profiles come
   bool is_drought_told_ = false;
   Counters counters_;

@@ -131,15 +131,15 @@ export class LoopsSection {
     const why = loop.accepted ? 'Closed.' : `Refused: ${this.verdict(loop)}.`
     byId('loop-text').textContent = why + moved
     byId('loop-text').className = loop.accepted ? 'closed' : 'refused'
-    const belief = this.report.run.settings?.belief ?? {}
+    const bounds = this.report.run.settings?.loop_verification ?? this.report.run.settings?.belief ?? {}
     byId('loop-measures').replaceChildren(
-      measure('Overlap', loop.overlap, belief.minimum_overlap, 1, 'at least', (v) => `${Math.round(100 * v)} %`),
-      measure('Residual (rms)', loop.rms_m, belief.maximum_rms_m, 2 * (belief.maximum_rms_m ?? 0.1), 'at most', metres),
+      measure('Overlap', loop.overlap, bounds.minimum_overlap, 1, 'at least', (v) => `${Math.round(100 * v)} %`),
+      measure('Residual (rms)', loop.rms_m, bounds.maximum_rms_m, 2 * (bounds.maximum_rms_m ?? 0.1), 'at most', metres),
       measure(
         'Correction over its uncertainty, squared',
         loop.accepted || (loop.mahalanobis2 ?? 0) > 0 ? loop.mahalanobis2 : undefined,
-        belief.maximum_mahalanobis2,
-        2 * (belief.maximum_mahalanobis2 ?? 30),
+        bounds.maximum_mahalanobis2,
+        2 * (bounds.maximum_mahalanobis2 ?? 30),
         'at most',
         (v) => digits(v, 2),
       ),

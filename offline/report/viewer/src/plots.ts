@@ -182,12 +182,12 @@ export function addScanPlots(report: Report, scans: Scans, onScan: (scan: number
       ...common,
       title: 'Time of a scan, by stage',
       unit: 'ms',
-      note: 'one upon the other: thinning out, tree and surface, matching, loops',
+      note: 'one upon the other: downsampling, tree and surface, matching, loops',
       curves: [
         { name: '+ loops', color: 'curve-4', values: sums[4], fill: 'solid' },
         { name: '+ matching', color: 'curve-3', values: sums[2], fill: 'solid' },
         { name: '+ tree and surface', color: 'curve-2', values: sums[1], fill: 'solid' },
-        { name: 'thinning out', color: 'curve-1', values: sums[0], fill: 'solid' },
+        { name: 'downsampling', color: 'curve-1', values: sums[0], fill: 'solid' },
       ],
     })
     addPlot(parent, {
@@ -200,7 +200,7 @@ export function addScanPlots(report: Report, scans: Scans, onScan: (scan: number
       ...common,
       title: 'Points kept of a scan',
       unit: '',
-      note: 'after thinning out',
+      note: 'after downsampling',
       curves: [{ name: 'points', color: 'curve-1', values: scans.column('points')! }],
     })
   }

@@ -32,7 +32,7 @@ function timePart(report: Report, scans: Scans, host: HTMLElement) {
   const written = Object.values((times.write_s ?? {}) as Record<string, number>).reduce((sum, s) => sum + s, 0)
   const parts = [
     { name: 'waiting for scans', value: times.read_wait_s ?? 0, color: 'muted-fill' },
-    { name: 'thinning out', value: total('reduce'), color: 'curve-1' },
+    { name: 'downsampling', value: total('reduce'), color: 'curve-1' },
     { name: 'tree and surface', value: total('store'), color: 'curve-2' },
     { name: 'matching', value: total('match'), color: 'curve-3' },
     { name: 'loops', value: total('detect') + total('loop_match') + total('loop_share_out'), color: 'curve-4' },
@@ -52,7 +52,7 @@ function timePart(report: Report, scans: Scans, host: HTMLElement) {
   }
   const stages: [string, string][] = [
     ['front_end', 'Front end, a scan'],
-    ['reduce', 'thinning out'],
+    ['reduce', 'downsampling'],
     ['store', 'tree and surface'],
     ['match', 'matching'],
     ['detect', 'looking for loops'],

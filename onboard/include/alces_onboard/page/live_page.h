@@ -17,7 +17,7 @@ struct MapPose {
   Pose map_from_body;
   bool has_odometry = false;
   Pose odometry_from_body;  ///< at that time
-  Mapper::Spread spread;
+  Mapper::PoseUncertainty spread;
 };
 
 class LivePage {

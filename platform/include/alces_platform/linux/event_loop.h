@@ -161,7 +161,7 @@ class EventLoop {
   std::uint32_t was_blocked_ = 0;  ///< which of our signals were blocked before, one bit each
   std::array<Slot, watch_capacity> slots_{};
   std::array<EventSource*, source_capacity> sources_{};
-  Seldom delay_notice_{10 * ns_per_s};
+  RateLimiter delay_notice_{10 * ns_per_s};
   Counters counters_;
   Message error_;
 };

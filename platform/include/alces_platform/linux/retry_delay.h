@@ -30,9 +30,9 @@ class RetryDelay {
 };
 
 /// Lets one notice through in a while, so that a flood on a wire is no flood in the journal.
-class Seldom {
+class RateLimiter {
  public:
-  explicit Seldom(std::int64_t interval_ns) : interval_ns_(interval_ns) {}
+  explicit RateLimiter(std::int64_t interval_ns) : interval_ns_(interval_ns) {}
 
   [[nodiscard]] bool may(std::int64_t now_ns) {
     if (last_ns_ != no_stamp_ns && now_ns - last_ns_ < interval_ns_) return false;

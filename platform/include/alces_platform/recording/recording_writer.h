@@ -23,9 +23,9 @@
 #include <string_view>
 
 #include "alces/arena.h"
+#include "alces_drivers/notice_rate_limiter.h"
 #include "alces_drivers/port/notice_port.h"
 #include "alces_drivers/scanner/event.h"
-#include "alces_drivers/spaced_notices.h"
 #include "alces_platform/recording/byte_sink.h"
 #include "alces_platform/recording/cdr.h"
 #include "alces_platform/recording/channels.h"
@@ -35,7 +35,7 @@
 namespace alces {
 
 enum class RecordingStatus : std::uint8_t { ok, block_too_small, block_misaligned, bad_config };
-[[nodiscard]] const char* text(RecordingStatus status);
+[[nodiscard]] const char* to_string(RecordingStatus status);
 
 struct RecordingConfig {
   std::size_t chunk_bytes = std::size_t{1} << 20;  ///< 4 KiB to 64 MiB; the largest message fits in one
@@ -176,7 +176,7 @@ class RecordingWriter final : public EventSink {
   std::array<mcap::KeyValue, 3> metadata_;
   mcap::Writer mcap_;
   NoticePort* notices_;
-  std::optional<SpacedNotices<NoticeKind>> capacity_notices_;  ///< not there when there is nobody to tell
+  std::optional<NoticeRateLimiter<NoticeKind>> capacity_notices_;  ///< not there when there is nobody to tell
   std::int64_t now_ns_ = 0;                                    ///< when the newest message was handed on
   bool has_now_ = false;
   std::int64_t retry_ns_ = 0;  ///< a stalled sink is asked again then

@@ -28,7 +28,7 @@ enum class ScanFileProblem : std::uint8_t {
   cannot_read,
   ends_early,  ///< the file has been cut meanwhile
 };
-[[nodiscard]] const char* text(ScanFileProblem problem);
+[[nodiscard]] const char* to_string(ScanFileProblem problem);
 
 class ScanFile final : public ScanArchive {
  public:

@@ -61,7 +61,7 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("cache_slots", config.cache_slots, 1, 1e5, "scans unpacked at a time");
   visit.number("correspondence_capacity", config.correspondence_capacity, 1, 1e8, "of a match");
 
-  visit.table("voxel", "A scan is thinned out to one point a cell.");
+  visit.table("voxel", "A scan is downsampled to one point a cell.");
   visit.number("cell_size_m", config.voxel.cell_size_m, 1e-3, 100, "");
   visit.choice("representative", config.voxel.representative,
                {{"measured", CellRepresentative::measured},
@@ -107,19 +107,19 @@ void visit_mapper(Config& config, Visitor& visit) {
              "and scale: of the scanner's steps against the odometry's");
   visit.flag("learn_delay", config.motion.learn_delay, "of the odometry's stamps");
 
-  visit.table("step_belief", "When the match of a scan is believed.");
+  visit.table("step_verification", "When the match of a scan is believed.");
   visit.flag("judge_steps", config.judge_steps, "else all are, as the paper does");
   visit.flag("search_steps", config.search_steps, "look for other starts where it is not, and for loops");
-  visit.number("minimum_overlap", config.step_belief.minimum_overlap, 0, 1,
+  visit.number("minimum_overlap", config.step_verification.minimum_overlap, 0, 1,
                "share of the samples with a partner");
-  visit.number("usual_fit_share", config.step_belief.usual_fit_share, 0, 1,
+  visit.number("usual_fit_share", config.step_verification.usual_fit_share, 0, 1,
                "of the fit that is usual on the drive; below: searched");
-  visit.number("least_fit_share", config.step_belief.least_fit_share, 0, 1,
+  visit.number("least_fit_share", config.step_verification.least_fit_share, 0, 1,
                "the same after the search: not believed");
-  visit.number("held_fit_share", config.step_belief.held_fit_share, 0, 1,
+  visit.number("held_fit_share", config.step_verification.held_fit_share, 0, 1,
                "the same where the odometry agrees");
-  visit.number("minimum_fit", config.step_belief.minimum_fit, 0, 1, "anywhere");
-  visit.number("maximum_mahalanobis2", config.step_belief.maximum_mahalanobis2, 0, 1e12,
+  visit.number("minimum_fit", config.step_verification.minimum_fit, 0, 1, "anywhere");
+  visit.number("maximum_mahalanobis2", config.step_verification.maximum_mahalanobis2, 0, 1e12,
                "of the deviation from the prediction");
   visit.number("reach_m", config.start_search.reach_m, 0, 60, "of the search, to each side");
   visit.number("turn_step_rad", config.start_search.turn_step_rad, 0.025, 3.2, "between the turns it tries");
@@ -179,25 +179,28 @@ void visit_mapper(Config& config, Visitor& visit) {
   visit.number("candidates", config.loop_search.candidates, 1, 100,
                "scans tried in all, when the nearest is refused");
 
-  visit.table("belief", "When a loop is believed before it bends the map.");
-  visit.number("minimum_overlap", config.belief.minimum_overlap, 0, 1, "share of the samples with a partner");
-  visit.number("maximum_rms_m", config.belief.maximum_rms_m, 0, 1e3, "of the residuals");
-  visit.number("maximum_mahalanobis2", config.belief.maximum_mahalanobis2, 0, 1e12,
+  visit.table("loop_verification", "When a loop is believed before it bends the map.");
+  visit.number("minimum_overlap", config.loop_verification.minimum_overlap, 0, 1,
+               "share of the samples with a partner");
+  visit.number("maximum_rms_m", config.loop_verification.maximum_rms_m, 0, 1e3, "of the residuals");
+  visit.number("maximum_mahalanobis2", config.loop_verification.maximum_mahalanobis2, 0, 1e12,
                "of the correction, against the uncertainty accumulated along the loop");
-  visit.number("minimum_wall_fit", config.belief.minimum_wall_fit, 0, 1,
+  visit.number("minimum_wall_fit", config.loop_verification.minimum_wall_fit, 0, 1,
                "share that has to fit of the samples that face along the match's two weaker directions");
-  visit.number("minimum_fit_share", config.belief.minimum_fit_share, 0, 10,
+  visit.number("minimum_fit_share", config.loop_verification.minimum_fit_share, 0, 10,
                "of the fit that is usual on the drive");
-  visit.number("small_correction_m", config.belief.small_correction_m, 0, 1e3,
+  visit.number("small_correction_m", config.loop_verification.small_correction_m, 0, 1e3,
                "up to here neither walls nor fit are asked for");
-  visit.number("ambiguity_sigmas", config.belief.ambiguity_sigmas, 0, 100,
+  visit.number("ambiguity_sigmas", config.loop_verification.ambiguity_sigmas, 0, 100,
                "how far around the map can be off, where the scans must not fit as well; 0: not asked");
-  visit.number("free_space_sigmas", config.belief.free_space_sigmas, 0, 100,
+  visit.number("free_space_sigmas", config.loop_verification.free_space_sigmas, 0, 100,
                "beyond chance: surfaces in the other end's free space; 0: not asked");
-  visit.number("known_m", config.belief.known_m, 0, 1e3, "what the map knows as well already is not matched");
+  visit.number("known_m", config.loop_verification.known_m, 0, 1e3,
+               "what the map knows as well already is not matched");
 
-  visit.table("sharing", "How the error of a loop is shared out.");
-  visit.choice("rule", config.sharing, {{"trails", SharingRule::trails}, {"paper", SharingRule::paper}},
+  visit.table("loop_correction", "How the error of a loop is shared out.");
+  visit.choice("rule", config.correction_rule,
+               {{"trails", CorrectionRule::trails}, {"paper", CorrectionRule::paper}},
                "trails: into the edges where it most likely arose; paper: by LOA's weights");
 }
 

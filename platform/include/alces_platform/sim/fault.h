@@ -52,7 +52,7 @@ enum class Fault : std::uint8_t {
   gps_silent,       ///< while: no sentences
 };
 inline constexpr std::uint8_t fault_count = static_cast<std::uint8_t>(Fault::gps_silent) + 1;
-[[nodiscard]] const char* text(Fault fault);
+[[nodiscard]] const char* to_string(Fault fault);
 /// The same as one word, for command lines: "late_boot_up".
 [[nodiscard]] const char* name(Fault fault);
 

@@ -149,8 +149,8 @@ class SerialPort final : public BytePort, public EventSource {
   std::int64_t counts_read_ns_ = 0;
   int last_error_number_ = 0;
   RetryDelay back_off_{100 * ns_per_ms, 2 * ns_per_s};
-  Seldom full_notice_{10 * ns_per_s};
-  Seldom line_error_notice_{10 * ns_per_s};
+  RateLimiter full_notice_{10 * ns_per_s};
+  RateLimiter line_error_notice_{10 * ns_per_s};
   Counters counters_;
   Message error_;
 };

@@ -109,7 +109,7 @@ class TcpConnection final : public BytePort, public EventSource {
   std::int64_t connect_since_ns_ = 0;
   ByteRing<queue_capacity> queue_;
   std::array<std::uint8_t, 16384> received_{};
-  Seldom full_notice_{10 * ns_per_s};
+  RateLimiter full_notice_{10 * ns_per_s};
   bool is_drop_due_ = false;
   std::int64_t up_since_ns_ = 0;
   int last_error_number_ = 0;

@@ -21,7 +21,7 @@
 namespace alces {
 
 enum class CanBusState : std::uint8_t { down, bus_off, error_passive, error_warning, error_active };
-[[nodiscard]] const char* text(CanBusState state);
+[[nodiscard]] const char* to_string(CanBusState state);
 
 class CanBus {
  public:
@@ -85,11 +85,11 @@ class CanBus {
   std::uint8_t channel_;
   CanBusState state_ = CanBusState::down;
   std::int64_t bus_off_stamp_ns_ = no_stamp_ns;
-  Seldom state_notice_{10 * ns_per_s};  ///< for passive and warning, which come and go on a bad cable
-  Seldom acknowledge_notice_{10 * ns_per_s};
-  Seldom overflow_notice_{10 * ns_per_s};
-  Seldom transceiver_notice_{10 * ns_per_s};
-  Seldom bus_off_notice_{10 * ns_per_s};
+  RateLimiter state_notice_{10 * ns_per_s};  ///< for passive and warning, which come and go on a bad cable
+  RateLimiter acknowledge_notice_{10 * ns_per_s};
+  RateLimiter overflow_notice_{10 * ns_per_s};
+  RateLimiter transceiver_notice_{10 * ns_per_s};
+  RateLimiter bus_off_notice_{10 * ns_per_s};
   Counters counters_;
 };
 

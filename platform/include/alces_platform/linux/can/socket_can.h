@@ -140,8 +140,8 @@ class SocketCan final : public CanPort, public EventSource {
   std::int64_t looked_ns_ = no_stamp_ns;
   int last_error_number_ = 0;
   RetryDelay back_off_{100 * ns_per_ms, ns_per_s};
-  Seldom overflow_notice_{10 * ns_per_s};
-  Seldom kind_notice_{10 * ns_per_s};
+  RateLimiter overflow_notice_{10 * ns_per_s};
+  RateLimiter kind_notice_{10 * ns_per_s};
 
   std::array<CanFrame, queue_capacity> queue_{};
   std::size_t queue_begin_ = 0;

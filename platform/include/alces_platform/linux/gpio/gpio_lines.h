@@ -98,7 +98,7 @@ class GpioLines final : public EventSource {
   std::array<StampedEdge, GpioRequest::line_capacity * GpioRequest::buffer_v1> edges_{};
   std::array<bool, GpioRequest::line_capacity> was_full_{};
   RetryDelay back_off_{ns_per_s, ns_per_s};
-  Seldom loss_notice_{10 * ns_per_s};
+  RateLimiter loss_notice_{10 * ns_per_s};
   Counters counters_;
   Message error_;
 };

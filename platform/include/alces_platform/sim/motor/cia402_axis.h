@@ -23,7 +23,7 @@ enum class Cia402State : std::uint8_t {
   fault_reaction_active,
   fault,
 };
-[[nodiscard]] const char* text(Cia402State state);
+[[nodiscard]] const char* to_string(Cia402State state);
 
 struct Cia402AxisConfig {
   double counts_per_turn = 65536;              ///< of the motor's shaft, in 0x6064

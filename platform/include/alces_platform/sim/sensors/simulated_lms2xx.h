@@ -42,7 +42,7 @@ struct SimulatedLms2xxSettings {
   double turns_per_s = 75;
   std::int64_t first_ray_stamp_ns = 0;  ///< of mirror turn 0
   std::int64_t send_delay_ns = 0;       ///< from a sweep's last ray to its telegram
-  std::int64_t answer_delay_ns = 5 * ns_per_ms;
+  std::int64_t response_delay_ns = 5 * ns_per_ms;
   std::int64_t write_delay_ns = 800 * ns_per_ms;  ///< of answers that write the EEPROM
 };
 
@@ -116,7 +116,7 @@ class SimulatedLms2xx {
   lms2xx::TelegramParser parser_{lms2xx::Direction::from_host};
   Mode mode_ = Mode::on_request;
   std::uint32_t baud_;
-  std::uint32_t baud_after_answer_ = 0;  ///< takes effect when all has been sent; 0: none
+  std::uint32_t baud_after_response_ = 0;  ///< takes effect when all has been sent; 0: none
   std::uint32_t host_baud_ = 0;
   std::uint8_t availability_ = 0;
   bool is_on_ = true;

@@ -1,4 +1,4 @@
-#include "alces/loop_sharing.h"
+#include "alces/loop_correction.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -17,7 +17,7 @@ using alces::sim::Random;
 namespace {
 
 constexpr PoseGraph::Capacity capacity{64, 96};
-constexpr SharingRule rules[] = {SharingRule::trails, SharingRule::paper};
+constexpr CorrectionRule rules[] = {CorrectionRule::trails, CorrectionRule::paper};
 
 bool is_same(const Pose& a, const Pose& b) {
   return a.translation_m == b.translation_m && a.rotation.coeffs() == b.rotation.coeffs();
@@ -58,10 +58,10 @@ void add_ring(PoseGraph& graph, std::uint32_t count, Random& random) {
 
 struct Bench {
   InBlock<PoseGraph> graph{capacity};
-  InBlock<LoopSharing> sharing{capacity};
+  InBlock<LoopCorrection> sharing{capacity};
 
   [[nodiscard]] std::vector<Pose> poses() const { return {graph->poses().begin(), graph->poses().end()}; }
-  Status share(std::uint32_t f, std::uint32_t l, const Pose& map_from_l, SharingRule rule) {
+  Status share(std::uint32_t f, std::uint32_t l, const Pose& map_from_l, CorrectionRule rule) {
     const Status status = sharing->prepare(*graph, f, l);
     return status == Status::ok ? sharing->share(*graph, map_from_l, rule) : status;
   }
@@ -81,7 +81,7 @@ void check_closed(const Bench& bench, const std::vector<Pose>& before, std::uint
 }  // namespace
 
 TEST_CASE("after a loop scan 0 is where it was to the bit, and l lies where the match put it, seen from f") {
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     Random random(1);
     for (int round = 0; round < 20; ++round) {
       Bench bench;
@@ -98,7 +98,7 @@ TEST_CASE("after a loop scan 0 is where it was to the bit, and l lies where the 
 }
 
 TEST_CASE("a match that moves nothing bends nothing") {
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     Random random(2);
     Bench bench;
     add_ring(*bench.graph, 30, random);
@@ -112,7 +112,7 @@ TEST_CASE("a match that moves nothing bends nothing") {
 }
 
 TEST_CASE("branches follow the loop rigidly, and what is not connected stays") {
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     Random random(3);
     Bench bench;
     PoseGraph& graph = *bench.graph;
@@ -166,7 +166,7 @@ TEST_CASE("the paper's rule is the paper's, matrix for matrix") {
     const double turn_rad = round < 24 ? 0.1 : 0.9;
     const Pose map_from_l = random_pose(random, 2, turn_rad) * graph.poses()[29];
     const std::vector<Eigen::Matrix4d> expected = plain_share(graph, f, 29, map_from_l.matrix());
-    REQUIRE(bench.share(f, 29, map_from_l, SharingRule::paper) == Status::ok);
+    REQUIRE(bench.share(f, 29, map_from_l, CorrectionRule::paper) == Status::ok);
     for (std::uint32_t i = 0; i < 30; ++i) {
       CAPTURE(round, i);
       CHECK((graph.poses()[i].matrix() - expected[i]).cwiseAbs().maxCoeff() < 1e-9);
@@ -193,7 +193,7 @@ TEST_CASE("along a simple loop the error goes where it most likely arose") {
     }();
     const std::vector<Pose> expected = chain.bend(chain.most_likely(goal));
     REQUIRE(distance_m(expected.back(), goal) < 1e-8);
-    REQUIRE(bench.share(0, 19, goal, SharingRule::trails) == Status::ok);
+    REQUIRE(bench.share(0, 19, goal, CorrectionRule::trails) == Status::ok);
     for (std::uint32_t i = 0; i < 20; ++i) {
       CAPTURE(round, i);
       CHECK(distance_m(graph.poses()[i], expected[i]) < 1e-4);
@@ -203,7 +203,7 @@ TEST_CASE("along a simple loop the error goes where it most likely arose") {
 }
 
 TEST_CASE("wherever the map lies and however it is turned, each rule gives the same map, moved with it") {
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     Random random(12);
     for (int round = 0; round < 20; ++round) {
       Bench bench;
@@ -219,10 +219,10 @@ TEST_CASE("wherever the map lies and however it is turned, each rule gives the s
       for (const Edge& edge : bench.graph->edges()) REQUIRE(other.graph->add_edge(edge) == Status::ok);
       CAPTURE(static_cast<int>(rule), round);
       const EdgeVariance match{4e-3, 1e-3, 1e-4, 3e-5};
-      REQUIRE(bench.sharing->prepare(*bench.graph, f, 39) == Status::ok);
-      REQUIRE(other.sharing->prepare(*other.graph, f, 39) == Status::ok);
-      CHECK(other.sharing->mahalanobis2(*other.graph, moved * map_from_l, match) ==
-            Approx(bench.sharing->mahalanobis2(*bench.graph, map_from_l, match)).epsilon(1e-6));
+      REQUIRE(bench.correction_rule->prepare(*bench.graph, f, 39) == Status::ok);
+      REQUIRE(other.correction_rule->prepare(*other.graph, f, 39) == Status::ok);
+      CHECK(other.correction_rule->mahalanobis2(*other.graph, moved * map_from_l, match) ==
+            Approx(bench.correction_rule->mahalanobis2(*bench.graph, map_from_l, match)).epsilon(1e-6));
       REQUIRE(bench.share(f, 39, map_from_l, rule) == Status::ok);
       REQUIRE(other.share(f, 39, moved * map_from_l, rule) == Status::ok);
       for (std::uint32_t i = 0; i < 40; ++i) {
@@ -249,7 +249,7 @@ TEST_CASE("an edge that is much less sure than the others takes the error") {
   const std::vector<Pose> before = bench.poses();
   Pose goal = before[9];
   goal.translation_m += Eigen::Vector3d(0.3, -0.2, 0.1);
-  REQUIRE(bench.share(0, 9, goal, SharingRule::trails) == Status::ok);
+  REQUIRE(bench.share(0, 9, goal, CorrectionRule::trails) == Status::ok);
   for (std::uint32_t i = 0; i < 10; ++i) {
     const Eigen::Vector3d moved = graph.poses()[i].translation_m - before[i].translation_m;
     const Eigen::Vector3d expected = i < 5 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.3, -0.2, 0.1);
@@ -262,7 +262,7 @@ TEST_CASE(
   std::vector<Pose> shared[2];
   double most_rad[2] = {};
   for (const double step_m : {0.2, 20.0}) {  // the same offset, along two metres or along two hundred
-    for (const SharingRule rule : rules) {
+    for (const CorrectionRule rule : rules) {
       Bench bench;
       PoseGraph& graph = *bench.graph;
       for (std::uint32_t i = 0; i < 10; ++i) {
@@ -293,7 +293,7 @@ TEST_CASE(
 }
 
 TEST_CASE("nested and repeated loops are closed one after the other") {
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     Random random(7);
     Bench bench;
     PoseGraph& graph = *bench.graph;
@@ -311,7 +311,7 @@ TEST_CASE("nested and repeated loops are closed one after the other") {
 }
 
 TEST_CASE("rotations of a quarter turn and more are shared out") {
-  for (const SharingRule rule : rules) {
+  for (const CorrectionRule rule : rules) {
     for (const double turn_rad : {0.5, 1.0, std::numbers::pi / 2, 2.5}) {
       for (const std::uint32_t f : {0U, 7U}) {
         Random random(8);
@@ -326,7 +326,7 @@ TEST_CASE("rotations of a quarter turn and more are shared out") {
         REQUIRE(bench.share(f, 39, map_from_l, rule) == Status::ok);
         check_closed(bench, before, f, 39, map_from_l);
         // nothing breaks: no edge takes more than its fair part
-        if (rule == SharingRule::trails) {
+        if (rule == CorrectionRule::trails) {
           for (std::uint32_t i = f + 1; i < 40; ++i) {
             const Pose was = before[i - 1].inverse() * before[i];
             const Pose is = bench.graph->poses()[i - 1].inverse() * bench.graph->poses()[i];
@@ -356,18 +356,19 @@ TEST_CASE(
     goal.translation_m += 0.1 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
     goal.rotation =
         exp_so3(0.02 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())) * goal.rotation;
-    REQUIRE(bench.sharing->prepare(graph, f, l) == Status::ok);
+    REQUIRE(bench.correction_rule->prepare(graph, f, l) == Status::ok);
     CAPTURE(round, f, l);
     const Matrix6d covariance = chain.covariance();
-    CHECK((bench.sharing->covariance(graph) - covariance).norm() < 1e-5 * covariance.norm());
+    CHECK((bench.correction_rule->covariance(graph) - covariance).norm() < 1e-5 * covariance.norm());
     const EdgeVariance exact{0, 0, 0, 0};
     const EdgeVariance unsure{4e-2, 1e-2, 1e-3, 3e-4};
     for (const EdgeVariance& match : {exact, unsure}) {
-      const double squared = bench.sharing->mahalanobis2(graph, goal, match);
+      const double squared = bench.correction_rule->mahalanobis2(graph, goal, match);
       CHECK(squared == Approx(chain.mahalanobis2(goal, match)).epsilon(1e-5));
-      CHECK(bench.sharing->mahalanobis2(graph, graph.poses()[l], match) == Approx(0).margin(1e-12));
+      CHECK(bench.correction_rule->mahalanobis2(graph, graph.poses()[l], match) == Approx(0).margin(1e-12));
     }
-    CHECK(bench.sharing->mahalanobis2(graph, goal, unsure) < bench.sharing->mahalanobis2(graph, goal, exact));
+    CHECK(bench.correction_rule->mahalanobis2(graph, goal, unsure) <
+          bench.correction_rule->mahalanobis2(graph, goal, exact));
   }
 }
 
@@ -390,9 +391,9 @@ TEST_CASE("where a chain's covariance leaves a direction without any, no correct
       edge.variance = extreme.variance;
       if (i > 0) REQUIRE(graph.add_edge(edge) == Status::ok);
     }
-    REQUIRE(bench.sharing->prepare(graph, 0, 7) == Status::ok);
+    REQUIRE(bench.correction_rule->prepare(graph, 0, 7) == Status::ok);
     const Pose goal = pose_at(0.1, 0.1, 0.1, 1) * graph.poses()[7];
-    const double squared = bench.sharing->mahalanobis2(graph, goal, EdgeVariance{0, 0, 0, 0});
+    const double squared = bench.correction_rule->mahalanobis2(graph, goal, EdgeVariance{0, 0, 0, 0});
     CAPTURE(squared, extreme.variance.x_m2, extreme.variance.rotation_rad2);
     CHECK(squared > 0);
     CHECK(std::isinf(squared) != extreme.is_definite);
@@ -406,11 +407,11 @@ TEST_CASE("what cannot be shared out is refused, and the map stays") {
   add_ring(graph, 10, random);
   add_ring(graph, 5, random);
   const std::vector<Pose> before = bench.poses();
-  CHECK(bench.share(3, 3, before[3], SharingRule::trails) == Status::no_loop);
-  CHECK(bench.share(3, 12, before[3], SharingRule::trails) == Status::disconnected);
-  CHECK(bench.share(3, 99, before[3], SharingRule::trails) == Status::no_such_vertex);
+  CHECK(bench.share(3, 3, before[3], CorrectionRule::trails) == Status::no_loop);
+  CHECK(bench.share(3, 12, before[3], CorrectionRule::trails) == Status::disconnected);
+  CHECK(bench.share(3, 99, before[3], CorrectionRule::trails) == Status::no_such_vertex);
   Pose nowhere;
   nowhere.translation_m.x() = std::nan("");
-  for (const SharingRule rule : rules) CHECK(bench.share(0, 9, nowhere, rule) == Status::bad_pose);
+  for (const CorrectionRule rule : rules) CHECK(bench.share(0, 9, nowhere, rule) == Status::bad_pose);
   for (std::uint32_t i = 0; i < before.size(); ++i) CHECK(is_same(graph.poses()[i], before[i]));
 }

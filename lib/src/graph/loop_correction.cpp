@@ -1,4 +1,4 @@
-#include "alces/loop_sharing.h"
+#include "alces/loop_correction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +58,7 @@ constexpr double good_enough = 1e-7;  // m and rad
 
 }  // namespace
 
-Status LoopSharing::prepare(const PoseGraph& graph, std::uint32_t f, std::uint32_t l) {
+Status LoopCorrection::prepare(const PoseGraph& graph, std::uint32_t f, std::uint32_t l) {
   f_ = f;
   l_ = l;
   const Status status = optimizer_.prepare(graph, f, l);
@@ -66,7 +66,7 @@ Status LoopSharing::prepare(const PoseGraph& graph, std::uint32_t f, std::uint32
   return optimizer_.decompose(LoopCost::rotation);
 }
 
-Matrix6d LoopSharing::covariance(const PoseGraph& graph) const {
+Matrix6d LoopCorrection::covariance(const PoseGraph& graph) const {
   const std::span<const Pose> poses = graph.poses();
   const LoopOptimizer::Trail& trail = optimizer_.trails().front();  // the shortest way between f and l
   ChainCovariance covariance;
@@ -79,8 +79,8 @@ Matrix6d LoopSharing::covariance(const PoseGraph& graph) const {
   return covariance.s;
 }
 
-double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
-                                 const EdgeVariance& match) const {
+double LoopCorrection::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
+                                    const EdgeVariance& match) const {
   ChainCovariance both{covariance(graph)};
   both.add(match, map_from_l.rotation, Eigen::Vector3d::Zero());
   const Vector6d offset = offset_between(graph.poses()[l_], map_from_l);
@@ -90,13 +90,13 @@ double LoopSharing::mahalanobis2(const PoseGraph& graph, const Pose& map_from_l,
   return offset.dot(solver.solve(offset));
 }
 
-Status LoopSharing::share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule) {
+Status LoopCorrection::share(PoseGraph& graph, const Pose& map_from_l, CorrectionRule rule) {
   const std::span<Pose> poses = graph.poses();
   if (optimizer_.trails().empty()) return Status::disconnected;
   if (!is_valid(map_from_l)) return Status::bad_pose;
   const Pose map_from_first = poses[0];
-  if (rule == SharingRule::trails) share_along_trails(graph, map_from_l);
-  if (rule == SharingRule::paper || is_swung(poses, map_from_l)) {
+  if (rule == CorrectionRule::trails) share_along_trails(graph, map_from_l);
+  if (rule == CorrectionRule::paper || is_swung(poses, map_from_l)) {
     const Status status = share_as_the_paper(poses, map_from_l);
     if (status != Status::ok) return status;
   }
@@ -107,7 +107,7 @@ Status LoopSharing::share(PoseGraph& graph, const Pose& map_from_l, SharingRule 
   return Status::ok;
 }
 
-Status LoopSharing::share_as_the_paper(std::span<const Pose> poses, const Pose& map_from_l) {
+Status LoopCorrection::share_as_the_paper(std::span<const Pose> poses, const Pose& map_from_l) {
   for (std::uint32_t cost = 0; cost < 4; ++cost) {
     const Status status = optimizer_.weights(static_cast<LoopCost>(cost), weights_[cost]);
     if (status != Status::ok) return status;
@@ -127,7 +127,7 @@ Status LoopSharing::share_as_the_paper(std::span<const Pose> poses, const Pose& 
   return Status::ok;
 }
 
-bool LoopSharing::is_swung(std::span<const Pose> poses, const Pose& map_from_l) const {
+bool LoopCorrection::is_swung(std::span<const Pose> poses, const Pose& map_from_l) const {
   const Vector6d offset = offset_between(poses[l_], map_from_l);
   const double most_rad = offset.tail<3>().norm() + turn_rad_per_m * offset.head<3>().norm();
   const double least_cosine = portable::sine_cosine(std::min(most_rad, std::numbers::pi) / 2).cosine;
@@ -138,7 +138,7 @@ bool LoopSharing::is_swung(std::span<const Pose> poses, const Pose& map_from_l) 
   return false;
 }
 
-void LoopSharing::share_along_trails(const PoseGraph& graph, const Pose& map_from_l) {
+void LoopCorrection::share_along_trails(const PoseGraph& graph, const Pose& map_from_l) {
   const std::span<const Pose> poses = graph.poses();
   std::copy(poses.begin(), poses.end(), bent_.begin());
   bent_[l_] = map_from_l;
@@ -149,7 +149,7 @@ void LoopSharing::share_along_trails(const PoseGraph& graph, const Pose& map_fro
 }
 
 // The ends of the trail lie where they belong in bent_; lays its inner vertices between them.
-void LoopSharing::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail& trail) {
+void LoopCorrection::bend_trail(const PoseGraph& graph, const LoopOptimizer::Trail& trail) {
   const std::span<const Pose> poses = graph.poses();
   const std::span<const LoopOptimizer::TrailStep> steps = optimizer_.steps(trail);
   const Pose goal = bent_[trail.end];

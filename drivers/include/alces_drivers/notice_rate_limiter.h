@@ -15,14 +15,14 @@ namespace alces {
 /// at last 64 s apart; after ten seconds without one it is news again. A fault of a day is told 1350 times,
 /// not 86,400 times. Kind is an enum whose last value is `count`.
 template <class Kind>
-class SpacedNotices {
+class NoticeRateLimiter {
  public:
   static constexpr std::int64_t first_spacing_ns = ns_per_s;
   static constexpr std::int64_t longest_spacing_ns = 64 * ns_per_s;
   static constexpr std::int64_t quiet_ns = 10 * ns_per_s;
 
   /// `source` must live as long as this.
-  SpacedNotices(NoticePort& port, const char* source) : port_(&port), source_(source) {}
+  NoticeRateLimiter(NoticePort& port, const char* source) : port_(&port), source_(source) {}
 
   void raise(Kind kind, Severity severity, std::int64_t stamp_ns, const char* text) {
     if (is_due(kind, stamp_ns)) port_->raise({stamp_ns, severity, source_, text, 0, false});

@@ -1,4 +1,4 @@
-#include "alces_drivers/spaced_notices.h"
+#include "alces_drivers/notice_rate_limiter.h"
 
 #include <catch2/catch.hpp>
 
@@ -15,7 +15,7 @@ enum class Kind : std::uint8_t { first, second, count };
 TEST_CASE(
     "a notice of something that goes on is told less and less often, and again at once after a silence") {
   NoticeLog log;
-  SpacedNotices<Kind> notices(log, "part");
+  NoticeRateLimiter<Kind> notices(log, "part");
   const auto told_at = [&log](std::int64_t begin_ms, std::int64_t end_ms, auto&& raise) {
     log.notices.clear();
     for (std::int64_t ms = begin_ms; ms < end_ms; ms += 100) raise(ms * ns_per_ms);
@@ -39,7 +39,7 @@ TEST_CASE(
 
 TEST_CASE("what comes every two seconds is told less often as well") {
   NoticeLog log;
-  SpacedNotices<Kind> notices(log, "part");
+  NoticeRateLimiter<Kind> notices(log, "part");
   for (std::int64_t s = 0; s < 600; s += 2) notices.raise(Kind::first, Severity::info, s * ns_per_s, "again");
   CHECK(log.notices.size() < 20);
   CHECK(log.notices.size() > 10);

@@ -9,13 +9,13 @@
 namespace alces {
 
 template <class T, std::size_t capacity_>
-class FixedTable {
+class StaticVector {
  public:
   static constexpr std::size_t capacity = capacity_;
 
-  constexpr FixedTable() = default;
+  constexpr StaticVector() = default;
   /// What does not fit is left out, and is_complete() says so.
-  constexpr FixedTable(std::initializer_list<T> entries) {
+  constexpr StaticVector(std::initializer_list<T> entries) {
     for (const T& entry : entries) is_complete_ = add(entry) && is_complete_;
   }
 

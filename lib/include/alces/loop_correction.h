@@ -31,11 +31,11 @@
 
 namespace alces {
 
-enum class SharingRule : std::uint8_t { trails, paper };
+enum class CorrectionRule : std::uint8_t { trails, paper };
 
-class LoopSharing {
+class LoopCorrection {
  public:
-  constexpr LoopSharing(Arena& arena, const PoseGraph::Capacity& capacity)
+  constexpr LoopCorrection(Arena& arena, const PoseGraph::Capacity& capacity)
       : optimizer_(arena, capacity), bent_(arena.allocate<Pose>(capacity.vertices)) {
     for (std::span<double>& weights : weights_) weights = arena.allocate<double>(capacity.vertices);
   }
@@ -56,7 +56,7 @@ class LoopSharing {
 
   /// Bends all poses so that l lies at `map_from_l` as seen from f. After prepare(), with the graph
   /// unchanged. O(n). disconnected (nothing is prepared), bad_pose; then nothing has moved.
-  [[nodiscard]] Status share(PoseGraph& graph, const Pose& map_from_l, SharingRule rule);
+  [[nodiscard]] Status share(PoseGraph& graph, const Pose& map_from_l, CorrectionRule rule);
 
  private:
   [[nodiscard]] Status share_as_the_paper(std::span<const Pose> poses, const Pose& map_from_l);
