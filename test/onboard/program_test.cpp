@@ -315,8 +315,8 @@ TEST_CASE("a recording's name takes the time, and never that of a drive that is 
 }
 
 TEST_CASE(
-    "alcesd --dry-run says what page there would be, and makes none; modes that let others write are "
-    "refused") {
+    "alcesd --dry-run says what page there would be, and makes none, and refuses modes that "
+    "let others write") {
   const Folder folder;
   settings::VehicleSettings vehicle = settings::default_vehicle_settings();
   vehicle.page.path = (folder.path() / "page").string();
