@@ -329,7 +329,7 @@ TEST_CASE("a page that was replaced by one that cannot be read is not shown any 
   CHECK(client.latest(ALCES_ODOM_FROM_BODY) == ALCES_OTHER_VERSION);
 }
 
-TEST_CASE("events come once each and in order; those that were overwritten are missed aloud") {
+TEST_CASE("events come once each and in order, and those that were overwritten are missed aloud") {
   const PageFolder folder;
   PageInFile page(folder.file(), 1);
   page.be_alive(0);

@@ -1,4 +1,5 @@
 #include "alces_drivers/odometry/odometry.h"
+#include "alces_drivers/odometry/odometry_uncertainty.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -460,4 +461,29 @@ TEST_CASE("every counter of the odometry has a name") {
   std::size_t names = 0;
   counters.visit([&](const char*, std::uint64_t) { ++names; });
   CHECK(names * sizeof(std::uint64_t) == sizeof(counters));
+}
+
+TEST_CASE(
+    "the covariance of a straight drive has the way's share ahead, and the gyro's bias and noise across") {
+  OdometryErrors errors;
+  errors.slip = 0;
+  OdometryUncertainty uncertainty(errors, {0, 0, 1});
+  Pose pose;
+  Pose next;
+  for (int i = 0; i < 1000; ++i) {  // 20 s at 1 m/s
+    next.translation_m.x() = 0.02 * (i + 1);
+    uncertainty.add(pose, next, Eigen::Vector3d::Zero(), 0.02);
+    pose = next;
+  }
+  const Matrix6d covariance = uncertainty.covariance();
+  CHECK(std::sqrt(covariance(0, 0)) == Approx(20 * errors.way));
+  const double bias2 = errors.bias_rad_s * errors.bias_rad_s;
+  const double noise2 = errors.noise_rad_per_sqrt_s * errors.noise_rad_per_sqrt_s;
+  CHECK(covariance(5, 5) == Approx(bias2 * 400 + noise2 * 20));
+  CHECK(covariance(1, 1) == Approx(bias2 * 200 * 200 + noise2 * 8000.0 / 3).epsilon(0.01));
+  CHECK(covariance.isApprox(covariance.transpose()));
+  CHECK(covariance(3, 3) == Approx(errors.tilt_rad * errors.tilt_rad));
+  CHECK(uncertainty.bias_rad_s() == Approx(errors.bias_rad_s));
+  uncertainty.learn_bias(1);
+  CHECK(uncertainty.bias_rad_s() == Approx(errors.noise_rad_per_sqrt_s));
 }

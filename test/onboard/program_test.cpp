@@ -4,16 +4,12 @@
 
 #include <array>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <thread>
-#include <utility>
 
-#include "alces/client.h"
 #include "alces_onboard/plan.h"
 #include "alces_onboard/recorder/recording_name.h"
 #include "alces_onboard/run_lock.h"
@@ -67,58 +63,6 @@ Outcome run(const std::string& command) {
 
 Outcome alcesd(const std::string& arguments) {
   return run(std::string(ALCESD_PROGRAM) + " " + arguments);
-}
-
-/// One that runs beside the test, and is killed at its end.
-class RunningAlcesd {
- public:
-  explicit RunningAlcesd(const std::string& config) : process_(::fork()) {
-    REQUIRE(process_ >= 0);
-    if (process_ != 0) return;
-    (void)std::freopen("/dev/null", "w", stderr);
-    ::execl(ALCESD_PROGRAM, "alcesd", "--config", config.c_str(), nullptr);
-    ::_exit(127);
-  }
-  RunningAlcesd(const RunningAlcesd&) = delete;
-  RunningAlcesd& operator=(const RunningAlcesd&) = delete;
-  ~RunningAlcesd() {
-    if (process_ > 0) (void)end(SIGKILL);
-  }
-  /// Its exit status; -1: it was killed.
-  int end(int signal) {
-    ::kill(process_, signal);
-    int status = 0;
-    ::waitpid(std::exchange(process_, 0), &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-  void send(int signal) const { ::kill(process_, signal); }
-
- private:
-  pid_t process_ = 0;
-};
-
-/// A vehicle that needs no wires: its one laser is a host that does not answer.
-settings::VehicleSettings vehicle_without_wires() {
-  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
-  vehicle.scanner.has_motor = vehicle.scanner.has_odometry = vehicle.scanner.has_gps = false;
-  vehicle.gps_device.clear();
-  vehicle.gpio_lines.clear();
-  vehicle.scanner.encoder.index_line = EncoderConfig::no_line;
-  vehicle.scanner.encoder.shape = AngleShape::none;
-  vehicle.scanner.assembler.laser_count = 1;
-  vehicle.scanner.laser_makes[0] = LaserMake::cola_b;
-  vehicle.laser_lines[0] = {.is_tcp = true, .device = "", .host = "127.0.0.1", .port = 9};
-  vehicle.memory_bytes = std::size_t{48} << 20;
-  return vehicle;
-}
-
-template <typename Condition>
-bool comes_true(Condition condition) {
-  for (int i = 0; i < 1500; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
 }
 
 }  // namespace
@@ -371,53 +315,19 @@ TEST_CASE("a recording's name takes the time, and never that of a drive that is 
 }
 
 TEST_CASE(
-    "programs beside alcesd see its status live, that it stands still, is killed, started again, ended") {
-  if (!std::filesystem::is_directory("/dev/shm")) {
-    WARN("skipped: there is no /dev/shm");
-    return;
-  }
+    "alcesd --dry-run says what page there would be, and makes none, and refuses modes that "
+    "let others write") {
   const Folder folder;
-  settings::VehicleSettings vehicle = vehicle_without_wires();
-  vehicle.page.path = "/dev/shm/" + folder.path().filename().string() + "_page";
-  const auto file = folder.write("vehicle.toml", settings::to_toml(vehicle)).string();
-  CHECK_THAT(alcesd("--dry-run --config " + file).output,
-             Contains("shared page") && Contains(vehicle.page.path + ", mode 0640"));
+  settings::VehicleSettings vehicle = settings::default_vehicle_settings();
+  vehicle.page.path = (folder.path() / "page").string();
+  vehicle.page.group = "robot";
+  const Outcome outcome =
+      alcesd("--dry-run --config " + folder.write("vehicle.toml", settings::to_toml(vehicle)).string());
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.output, Contains("shared page") && Contains("/page, mode 0640, for the group robot"));
   CHECK_FALSE(std::filesystem::exists(vehicle.page.path));
-
-  alces_client* const client = alces_client_open(vehicle.page.path.c_str());
-  alces_status status{};
-  alces_pose pose{};
-  const auto says = [&](int expected) {
-    return comes_true([&] { return alces_client_status(client, &status) == expected; });
-  };
-  CHECK(alces_client_status(client, &status) == ALCES_NO_PAGE);
-  {
-    RunningAlcesd running(file);
-    REQUIRE(says(ALCES_OK));
-    CHECK(std::string(status.phase) == "starting the lasers");
-    CHECK(status.is_mapping == 1);
-    CHECK(status.is_scanning == 0);
-    CHECK(status.alive_age_ns < ns_per_s / 2);
-    CHECK(alces_client_latest(client, ALCES_MAP_FROM_BODY, &pose) == ALCES_NOT_YET);
-    const Outcome second = alcesd("--config " + file);
-    CHECK(second.status == 5);
-    CHECK_THAT(second.output, Contains("_page: another alcesd writes this page"));
-    running.send(SIGSTOP);
-    REQUIRE(says(ALCES_STALE));
-    CHECK(status.alive_age_ns > ns_per_s / 2);
-    running.send(SIGCONT);
-    REQUIRE(says(ALCES_OK));
-    (void)running.end(SIGKILL);
-    REQUIRE(says(ALCES_STALE));
-  }
-  const std::uint64_t killed = status.start_id;
-  const int killed_pid = status.pid;
-  RunningAlcesd again(file);
-  REQUIRE(says(ALCES_OK));
-  CHECK(status.start_id != killed);
-  CHECK(status.pid != killed_pid);
-  CHECK(again.end(SIGTERM) == 0);
-  CHECK(alces_client_status(client, &status) == ALCES_ENDED);
-  alces_client_close(client);
-  std::filesystem::remove(vehicle.page.path);
+  const auto wrong = folder.write("wrong.toml", "[page]\npath = \"/run/page\"\nmode = \"0666\"\n");
+  const Outcome refused = alcesd("--dry-run --config " + wrong.string());
+  CHECK(refused.status == 3);
+  CHECK_THAT(refused.output, Contains("wrong.toml:3: page.mode is one of"));
 }

@@ -46,8 +46,9 @@ void OdometryUncertainty::add(const Pose& before, const Pose& after, const Eigen
   step.block<3, 1>(place, way_scale) = way_m;
   step.block<3, 1>(turned, turn_scale) = axes * rotation_rad;
   step.block<3, 3>(turned, bias) = axes * duration_s;
-  const State carried = step * covariance_;
-  covariance_.noalias() = carried * step.transpose();
+  // Lazy: matrices of this size would go through Eigen's blocked product, which takes memory from the heap.
+  const State carried = step.lazyProduct(covariance_);
+  covariance_ = carried.lazyProduct(step.transpose());
 
   covariance_.block<3, 3>(place, place) +=
       square(errors_.slip) * 2 * slip_s / duration_s * (way_m * way_m.transpose());
