@@ -202,7 +202,7 @@ Association associate(const Trajectory& estimate, const Trajectory& truth, doubl
   return by_time;
 }
 
-std::string text(const Association& association) {
+std::string to_string(const Association& association) {
   const std::size_t count = association.pairs.size();
   const std::string what = fmt::format("{} {} associated by ", count, count == 1 ? "pose" : "poses");
   if (association.by_index) return what + "index";

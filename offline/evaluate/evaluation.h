@@ -63,7 +63,7 @@ struct Association {
                                     double max_time_difference_s);
 
 /// "poses associated by stamp, 3 ms apart at most": what was paired how.
-[[nodiscard]] std::string text(const Association& association);
+[[nodiscard]] std::string to_string(const Association& association);
 
 enum class Alignment {
   none,   ///< the truth is used as it stands (the paper)

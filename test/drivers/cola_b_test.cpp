@@ -486,8 +486,8 @@ TEST_CASE("a laser that announces more rays than there is room for is not let st
   rig.answer_everything();
   if (sets_scan) {
     using namespace std::string_literals;
-    rig.response("mLMPsetscancfg",
-                 "sAN mLMPsetscancfg \0\0\0\x13\x88\0\1\0\0\x13\x88\xff\xf9\x22\x30\0\x22\x55\x10"s);
+    rig.answer("mLMPsetscancfg",
+               "sAN mLMPsetscancfg \0\0\0\x13\x88\0\1\0\0\x13\x88\xff\xf9\x22\x30\0\x22\x55\x10"s);
     rig.answers.erase("LMPoutputRange");
   }
   rig.driver.on_link(true, rig.now_ns);
@@ -524,7 +524,7 @@ TEST_CASE("a laser that is not ready yet is waited for") {
   Rig rig({});
   rig.answer_everything();
   using namespace std::string_literals;
-  rig.response("STlms", "sRA STlms \0\3\0"s);
+  rig.answer("STlms", "sRA STlms \0\3\0"s);
   rig.driver.on_link(true, rig.now_ns);
   rig.driver.start(rig.now_ns);
   rig.run(20);
@@ -553,7 +553,7 @@ TEST_CASE("frequency and resolution are set when configured, and a refusal is to
 
   Rig refused({.sets_scan = true});
   refused.answer_everything();
-  refused.response("mLMPsetscancfg", "sAN mLMPsetscancfg \2");
+  refused.answer("mLMPsetscancfg", "sAN mLMPsetscancfg \2");
   refused.driver.on_link(true, refused.now_ns);
   refused.driver.start(refused.now_ns);
   refused.run(20);
@@ -562,7 +562,7 @@ TEST_CASE("frequency and resolution are set when configured, and a refusal is to
   CHECK(refused.notices.size() == 1);
 }
 
-TEST_CASE("error answers are told with their text; silence and a lost connection start the dialogue again") {
+TEST_CASE("error answers are told with their text, silence and a lost connection start the dialogue again") {
   Rig rig({});
   rig.answer_everything();
   rig.answers["SetAccessMode"] = frame({'s', 'F', 'A', 0, 1});
@@ -589,7 +589,7 @@ TEST_CASE("error answers are told with their text; silence and a lost connection
   CHECK(rig.driver.state() == LaserState::measuring);
 
   using namespace std::string_literals;
-  rig.response("LMDscandata", "sEA LMDscandata \0"s);
+  rig.answer("LMDscandata", "sEA LMDscandata \0"s);
   rig.driver.stop(rig.now_ns);
   CHECK(rig.driver.state() == LaserState::stopping);
   rig.run(0.1);
@@ -657,10 +657,10 @@ TEST_CASE(
 }
 
 TEST_CASE("a CoLa B configuration that cannot be is refused with its reason") {
-  CHECK(alces::problem(ColaBConfig{}) == nullptr);
-  CHECK(alces::problem(ColaBConfig{.scan_frequency_hz = 0}) != nullptr);
-  CHECK(alces::problem(ColaBConfig{.model = Model::tim, .sets_scan = true}) != nullptr);
-  CHECK(alces::problem(ColaBConfig{.sets_scan = true, .start_angle_deg = 10, .stop_angle_deg = 0}) !=
+  CHECK(alces::validate(ColaBConfig{}) == nullptr);
+  CHECK(alces::validate(ColaBConfig{.scan_frequency_hz = 0}) != nullptr);
+  CHECK(alces::validate(ColaBConfig{.model = Model::tim, .sets_scan = true}) != nullptr);
+  CHECK(alces::validate(ColaBConfig{.sets_scan = true, .start_angle_deg = 10, .stop_angle_deg = 0}) !=
         nullptr);
   for (std::uint32_t code = 0; code < 40; ++code) CHECK(std::string(error_text(code)).size() > 10);
   CHECK(std::string(error_text(1)).find("access denied") != std::string::npos);

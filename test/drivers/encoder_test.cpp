@@ -132,7 +132,7 @@ EncoderConfig config_for(const Head& head) {
 
 struct Asked {
   std::int64_t stamp_ns = 0;
-  AngleAnswer answer;
+  AngleAnswer response;
 };
 
 /// Plays the wires and asks on the way, as an assembler does: for times 13 ms apart, each until it is ok or

@@ -200,7 +200,7 @@ TEST_CASE("absurd fixes are not believed, each for its reason") {
   CHECK(rig.gps.counters().fixes == 2);
 }
 
-TEST_CASE("a receiver that insists on a jump is believed in the end; one that hops about is not") {
+TEST_CASE("a receiver that insists on a jump is believed in the end, one that hops about is not") {
   Rig rig;
   rig.feed(gga(100, home_deg[0], home_deg[1]), 100 * ns_per_s);
   alces::sim::Random random(8);
@@ -214,7 +214,7 @@ TEST_CASE("a receiver that insists on a jump is believed in the end; one that ho
   CHECK(rig.gps.newest()->enu_m.y() == Approx(0.05 * north_m_per_deg).epsilon(1e-3));
 }
 
-TEST_CASE("midnight is no time running backwards; RMC serves where there is no GGA") {
+TEST_CASE("midnight is no time running backwards, RMC serves where there is no GGA") {
   Rig rig;
   rig.feed(gga(86399, home_deg[0], home_deg[1]), 10 * ns_per_s);
   rig.feed(gga(0, home_deg[0], home_deg[1]), 11 * ns_per_s);
@@ -329,6 +329,6 @@ TEST_CASE("an outage is told once, what comes instead, and its end") {
                            "nothing comes from the receiver: is it powered and connected to this line?"});
   rig.feed(gga(200, home_deg[0], home_deg[1]), 200 * ns_per_s);
   CHECK(rig.notices.back() == "fixes come again");
-  CHECK(alces::problem(GpsConfig{}) == nullptr);
-  CHECK(alces::problem(GpsConfig{.maximum_speed_m_s = 0}) != nullptr);
+  CHECK(alces::validate(GpsConfig{}) == nullptr);
+  CHECK(alces::validate(GpsConfig{.maximum_speed_m_s = 0}) != nullptr);
 }

@@ -182,7 +182,7 @@ TEST_CASE("a recorded telegram of an LMS 200 decodes to 361 ranges in millimetre
                     [](float range) { return range >= 0 && range < 8.183F; }));
 }
 
-TEST_CASE("how many bits of a word are the range follows the measuring mode; codes are no ranges") {
+TEST_CASE("how many bits of a word are the range follows the measuring mode, codes are no ranges") {
   RayCounters counters;
   CHECK(range_m(0x6123, MeasuringMode::fields_a_b_dazzle, Unit::cm, counters) ==
         Approx(2.91));                                                                     // 13 bits: 0x123

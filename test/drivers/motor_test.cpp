@@ -304,7 +304,7 @@ TEST_CASE("a master's SYNC drives a motor that makes none") {
 // Faults
 // ------------------------------------------------------------------------------------------------------------
 
-TEST_CASE("fault: the node is absent; it is said, retried with growing delays, and then given up for good") {
+TEST_CASE("fault: the node is absent, it is said, retried with growing delays, and then given up for good") {
   MotorBench bench;
   bench.node.is_present = false;
   bench.motor.start(0);
@@ -362,7 +362,7 @@ TEST_CASE(
   CHECK(bench.motor.state() == MotorState::running);
 }
 
-TEST_CASE("fault: the boot-up message comes late; the node is taken as soon as it comes") {
+TEST_CASE("fault: the boot-up message comes late, the node is taken as soon as it comes") {
   MotorBench bench;
   bench.node.is_present = false;
   bench.motor.start(0);
@@ -374,7 +374,7 @@ TEST_CASE("fault: the boot-up message comes late; the node is taken as soon as i
   CHECK(bench.motor.counters().node_resets == 0);
 }
 
-TEST_CASE("fault: the drive warns on and off; that does not flood") {
+TEST_CASE("fault: the drive warns on and off, that does not flood") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   bench.bus = [](const CanFrame& frame, std::int64_t now_ns) {
@@ -388,7 +388,7 @@ TEST_CASE("fault: the drive warns on and off; that does not flood") {
   CHECK(bench.notices.count("the drive warns") <= 9);  // at 0, 1, 3, 7, 15, 31, 63, 127, 191 s
 }
 
-TEST_CASE("fault: the drive's statusword is no state at all; that is told") {
+TEST_CASE("fault: the drive's statusword is no state at all, that is told") {
   MotorBench bench;
   bench.bus = [](const CanFrame& frame, std::int64_t) {
     CanFrame out = frame;
@@ -410,7 +410,7 @@ TEST_CASE("fault: the boot-up message comes while we already configure") {
   CHECK(bench.motor.counters().failures == 0);
 }
 
-TEST_CASE("fault: the boot-up message is lost; the node is found by SDO") {
+TEST_CASE("fault: the boot-up message is lost, the node is found by SDO") {
   MotorBench bench;
   bench.bus = [](const CanFrame& frame, std::int64_t) {
     const bool is_boot_up = frame.id == 0x701 && frame.data[0] == 0;
@@ -420,7 +420,7 @@ TEST_CASE("fault: the boot-up message is lost; the node is found by SDO") {
   CHECK(bench.motor.counters().failures == 0);
 }
 
-TEST_CASE("fault: the node starts anew in mid-drive; it is configured and run again at once") {
+TEST_CASE("fault: the node starts anew in mid-drive, it is configured and run again at once") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   bench.node.written.clear();
@@ -435,7 +435,7 @@ TEST_CASE("fault: the node starts anew in mid-drive; it is configured and run ag
   CHECK(bench.motor.failures_in_a_row() == 0);  // forgotten after a while
 }
 
-TEST_CASE("fault: the node starts anew again and again; that has a limit") {
+TEST_CASE("fault: the node starts anew again and again, that has a limit") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   for (int round = 0; round < 200; ++round) {
@@ -474,7 +474,7 @@ TEST_CASE("fault: the cable is cut and mended") {
   CHECK(bench.run_until(MotorState::running, 10000));
 }
 
-TEST_CASE("fault: an EMCY alone is told, not obeyed; a storm of them is told once a second") {
+TEST_CASE("fault: an EMCY alone is told, not obeyed, a storm of them is told once a second") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   for (int message = 0; message < 1000; ++message) {
@@ -494,7 +494,7 @@ TEST_CASE("fault: an EMCY alone is told, not obeyed; a storm of them is told onc
   CHECK(bench.motor.counters().emcys == 1000);
 }
 
-TEST_CASE("fault: the drive refuses an object; the object and the reason are told") {
+TEST_CASE("fault: the drive refuses an object, the object and the reason are told") {
   MotorBench bench;
   bench.node.aborts[{0x6084, 0}] = 0x06010002;
   bench.motor.start(0);
@@ -512,7 +512,7 @@ TEST_CASE("fault: the drive refuses an object; the object and the reason are tol
   CHECK(bench.run_until(MotorState::running, 10000));
 }
 
-TEST_CASE("fault: another device answers; nothing is written to it") {
+TEST_CASE("fault: another device answers, nothing is written to it") {
   MotorBench bench;
   bench.node.set(0x1000, 0, 4, 0x00020191);
   bench.motor.start(0);
@@ -565,7 +565,7 @@ TEST_CASE("fault: the drive's fault state, once: reset after a delay, and on") {
   CHECK(bench.motor.counters().failures == 1);
 }
 
-TEST_CASE("fault: the drive is in fault when it is met; the first reset is no failure") {
+TEST_CASE("fault: the drive is in fault when it is met, the first reset is no failure") {
   MotorBench bench;
   bench.node.drive = State::fault;
   REQUIRE(bench.spin_up());
@@ -604,7 +604,7 @@ TEST_CASE("fault: a fault whenever it is switched on is limited too") {
   CHECK(bench.motor.counters().failures == 4);
 }
 
-TEST_CASE("fault: bus-off and back; it is waited for, and counts as nobody's failure") {
+TEST_CASE("fault: bus-off and back, it is waited for, and counts as nobody's failure") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   for (int round = 0; round < 20; ++round) {
@@ -650,7 +650,7 @@ TEST_CASE("fault: the bus is down at the start, and goes down while it stops") {
   }
 }
 
-TEST_CASE("fault: one PDO in ten is lost; it is counted and nothing else") {
+TEST_CASE("fault: one PDO in ten is lost, it is counted and nothing else") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   int pdos = 0;
@@ -667,7 +667,7 @@ TEST_CASE("fault: one PDO in ten is lost; it is counted and nothing else") {
   CHECK(bench.motor.counters().pdo.missed == 100);
 }
 
-TEST_CASE("fault: all PDOs are lost; the drive is begun anew") {
+TEST_CASE("fault: all PDOs are lost, the drive is begun anew") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   bench.node.sends_pdos = false;
@@ -687,7 +687,7 @@ TEST_CASE("fault: no PDO ever comes") {
   CHECK(bench.motor.reason_code() == MotorReason::no_process_data);
 }
 
-TEST_CASE("fault: PDOs come twice; the second is dropped") {
+TEST_CASE("fault: PDOs come twice, the second is dropped") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   bench.bus = [](const CanFrame& frame, std::int64_t) {
@@ -700,7 +700,7 @@ TEST_CASE("fault: PDOs come twice; the second is dropped") {
   CHECK(bench.feedback.feedback.size() == 100);
 }
 
-TEST_CASE("fault: a PDO comes one beat late, after the next one; stamps still rise and the drive runs on") {
+TEST_CASE("fault: a PDO comes one beat late, after the next one, stamps still rise and the drive runs on") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   int pdos = 0;
@@ -894,7 +894,7 @@ TEST_CASE("fault: the drive does not obey, does not take the mode, or switches o
   }
 }
 
-TEST_CASE("fault: the NMT start is lost; the heartbeat shows it and it is sent again") {
+TEST_CASE("fault: the NMT start is lost, the heartbeat shows it and it is sent again") {
   MotorBench bench;
   bench.motor.start(0);
   REQUIRE(bench.run_until(MotorState::enabling));
@@ -973,7 +973,7 @@ TEST_CASE("nothing goes to the drive's RPDOs before it was ordered to be operati
 }
 
 TEST_CASE(
-    "fault: a drive in fault loses its power before the next attempt; the attempt begins with the node") {
+    "fault: a drive in fault loses its power before the next attempt, the attempt begins with the node") {
   MotorBench bench;
   REQUIRE(bench.spin_up());
   bench.node.raise_fault(0x2310);

@@ -133,7 +133,7 @@ void drive_wheels(Odometry& odometry, const std::function<Twist(double)>& twist,
 TEST_CASE("wheel speeds are integrated along exact arcs") {
   NoticeLog log;
   auto odometry = std::make_unique<Odometry>(wheels_config(), log);
-  REQUIRE(problem(wheels_config()) == nullptr);
+  REQUIRE(validate(wheels_config()) == nullptr);
   const auto circle = [](double) { return Twist{2.0, {0, 0, 0.5}}; };  // radius 4 m
   drive_wheels(*odometry, circle, 0, 10001);
   const MotionAnswer answer = odometry->pose_at(stamp(10000));
@@ -161,7 +161,7 @@ TEST_CASE("a winding drive is followed to a millimetre") {
 
 TEST_CASE("speed and three rates in frames of different pace make a 6D pose") {
   NoticeLog log;
-  REQUIRE(problem(vehicle_config()) == nullptr);
+  REQUIRE(validate(vehicle_config()) == nullptr);
   auto odometry = std::make_unique<Odometry>(vehicle_config(), log);
   const auto ramps = [](double t_s) {
     Twist twist = winding(t_s);

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "refusal.h"
-#include "room.h"
-#include "run_alces.h"
+#include "offline/refusal.h"
+#include "offline/room.h"
+#include "offline/run_alces.h"
 
 namespace alces::offline {
 namespace {

@@ -16,8 +16,8 @@
 #include "experiments/compare/tables.h"
 #include "offline/io/files/error.h"
 #include "offline/io/scans/spooled_scan_source.h"
-#include "room.h"
-#include "temporary_folder.h"
+#include "offline/room.h"
+#include "offline/temporary_folder.h"
 
 namespace alces::offline {
 namespace {
@@ -70,7 +70,7 @@ TEST_CASE("rows are chosen by name, come in the paper's order, and an unknown on
   CHECK_THROWS_AS(select_rows("icp,"), UsageError);
 }
 
-TEST_CASE("truth of another drive is refused at once; truth of some of the scans says of how many") {
+TEST_CASE("truth of another drive is refused at once, truth of some of the scans says of how many") {
   const TemporaryFolder folder;
   RoomSource scans(10);
   CHECK(read_scan_truth(folder.write("all.tum", room_truth(10)), scans, Alignment::none, 0.02).known == 10);
@@ -247,7 +247,7 @@ TEST_CASE("without truth there is consistency, the same pairs for all rows, and 
   CHECK_THAT(tables, Contains("this is not an error") && !Contains("Table 1"));
 }
 
-TEST_CASE("matched links hold the measured relative poses; scans that nothing binds keep their place") {
+TEST_CASE("matched links hold the measured relative poses, scans that nothing binds keep their place") {
   const TemporaryFolder folder;
   RoomSource room(6);
   std::vector<Pose> map;

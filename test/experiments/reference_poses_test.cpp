@@ -11,9 +11,9 @@
 #include "experiments/reference/reference_poses.h"
 #include "offline/io/files/error.h"
 #include "offline/io/map_folder/trajectory.h"
-#include "room.h"
-#include "run_alces.h"
-#include "temporary_folder.h"
+#include "offline/room.h"
+#include "offline/run_alces.h"
+#include "offline/temporary_folder.h"
 
 namespace alces::offline {
 namespace {

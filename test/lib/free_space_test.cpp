@@ -67,7 +67,7 @@ TEST_CASE("what lies behind a wall says nothing, however many surfaces there are
   CHECK(count.hidden > 800);
 }
 
-TEST_CASE("rooms that do not see each other lie apart; one room, and walls in the way, do not") {
+TEST_CASE("rooms that do not see each other lie apart, one room, and walls in the way, do not") {
   const SampledScan one = scan_at(Pose{}, 1);
   const SampledScan other = scan_at(Pose{}, 2);
   const FreeSpaceCount usual = seen(one, other, Pose{});

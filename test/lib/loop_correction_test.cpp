@@ -58,12 +58,12 @@ void add_ring(PoseGraph& graph, std::uint32_t count, Random& random) {
 
 struct Bench {
   InBlock<PoseGraph> graph{capacity};
-  InBlock<LoopCorrection> sharing{capacity};
+  InBlock<LoopCorrection> correction{capacity};
 
   [[nodiscard]] std::vector<Pose> poses() const { return {graph->poses().begin(), graph->poses().end()}; }
   Status share(std::uint32_t f, std::uint32_t l, const Pose& map_from_l, CorrectionRule rule) {
-    const Status status = sharing->prepare(*graph, f, l);
-    return status == Status::ok ? sharing->share(*graph, map_from_l, rule) : status;
+    const Status status = correction->prepare(*graph, f, l);
+    return status == Status::ok ? correction->share(*graph, map_from_l, rule) : status;
   }
 };
 
@@ -219,10 +219,10 @@ TEST_CASE("wherever the map lies and however it is turned, each rule gives the s
       for (const Edge& edge : bench.graph->edges()) REQUIRE(other.graph->add_edge(edge) == Status::ok);
       CAPTURE(static_cast<int>(rule), round);
       const EdgeVariance match{4e-3, 1e-3, 1e-4, 3e-5};
-      REQUIRE(bench.correction_rule->prepare(*bench.graph, f, 39) == Status::ok);
-      REQUIRE(other.correction_rule->prepare(*other.graph, f, 39) == Status::ok);
-      CHECK(other.correction_rule->mahalanobis2(*other.graph, moved * map_from_l, match) ==
-            Approx(bench.correction_rule->mahalanobis2(*bench.graph, map_from_l, match)).epsilon(1e-6));
+      REQUIRE(bench.correction->prepare(*bench.graph, f, 39) == Status::ok);
+      REQUIRE(other.correction->prepare(*other.graph, f, 39) == Status::ok);
+      CHECK(other.correction->mahalanobis2(*other.graph, moved * map_from_l, match) ==
+            Approx(bench.correction->mahalanobis2(*bench.graph, map_from_l, match)).epsilon(1e-6));
       REQUIRE(bench.share(f, 39, map_from_l, rule) == Status::ok);
       REQUIRE(other.share(f, 39, moved * map_from_l, rule) == Status::ok);
       for (std::uint32_t i = 0; i < 40; ++i) {
@@ -356,19 +356,19 @@ TEST_CASE(
     goal.translation_m += 0.1 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
     goal.rotation =
         exp_so3(0.02 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())) * goal.rotation;
-    REQUIRE(bench.correction_rule->prepare(graph, f, l) == Status::ok);
+    REQUIRE(bench.correction->prepare(graph, f, l) == Status::ok);
     CAPTURE(round, f, l);
     const Matrix6d covariance = chain.covariance();
-    CHECK((bench.correction_rule->covariance(graph) - covariance).norm() < 1e-5 * covariance.norm());
+    CHECK((bench.correction->covariance(graph) - covariance).norm() < 1e-5 * covariance.norm());
     const EdgeVariance exact{0, 0, 0, 0};
     const EdgeVariance unsure{4e-2, 1e-2, 1e-3, 3e-4};
     for (const EdgeVariance& match : {exact, unsure}) {
-      const double squared = bench.correction_rule->mahalanobis2(graph, goal, match);
+      const double squared = bench.correction->mahalanobis2(graph, goal, match);
       CHECK(squared == Approx(chain.mahalanobis2(goal, match)).epsilon(1e-5));
-      CHECK(bench.correction_rule->mahalanobis2(graph, graph.poses()[l], match) == Approx(0).margin(1e-12));
+      CHECK(bench.correction->mahalanobis2(graph, graph.poses()[l], match) == Approx(0).margin(1e-12));
     }
-    CHECK(bench.correction_rule->mahalanobis2(graph, goal, unsure) <
-          bench.correction_rule->mahalanobis2(graph, goal, exact));
+    CHECK(bench.correction->mahalanobis2(graph, goal, unsure) <
+          bench.correction->mahalanobis2(graph, goal, exact));
   }
 }
 
@@ -391,9 +391,9 @@ TEST_CASE("where a chain's covariance leaves a direction without any, no correct
       edge.variance = extreme.variance;
       if (i > 0) REQUIRE(graph.add_edge(edge) == Status::ok);
     }
-    REQUIRE(bench.correction_rule->prepare(graph, 0, 7) == Status::ok);
+    REQUIRE(bench.correction->prepare(graph, 0, 7) == Status::ok);
     const Pose goal = pose_at(0.1, 0.1, 0.1, 1) * graph.poses()[7];
-    const double squared = bench.correction_rule->mahalanobis2(graph, goal, EdgeVariance{0, 0, 0, 0});
+    const double squared = bench.correction->mahalanobis2(graph, goal, EdgeVariance{0, 0, 0, 0});
     CAPTURE(squared, extreme.variance.x_m2, extreme.variance.rotation_rad2);
     CHECK(squared > 0);
     CHECK(std::isinf(squared) != extreme.is_definite);

@@ -48,11 +48,11 @@ Scene other_yard() {
   return field_with({{0, 6}, {8, -6}, {-6, 1}, {5, 9}, {-3, -8}});
 }
 
-/// What becomes of the loop at the end of the drive round the block, with another belief.
+/// What becomes of the loop at the end of the drive round the block, with other thresholds.
 LoopReport loop_verified_with(const LoopVerification& thresholds) {
   MapperConfig config = small_config();
   config.close_loops = false;
-  config.loop_verification = belief;
+  config.loop_verification = thresholds;
   MapperBench mapper(config);
   drive_through(*mapper.mapper, round_the_block(), 49);
   const std::vector<Pose> before(mapper->graph().poses().begin(), mapper->graph().poses().end());
@@ -115,15 +115,15 @@ TEST_CASE("a loop offered from outside is judged like any other") {
   CHECK(mapper->graph().edge_count() == 50);
 }
 
-TEST_CASE("each number of the belief refuses a loop by itself, from just beyond what the loop has") {
+TEST_CASE("each number of the thresholds refuses a loop by itself, from just beyond what the loop has") {
   const LoopVerification standard{.small_correction_m = 0};  // so that walls are asked for
   const LoopReport closed = loop_verified_with(standard);
   REQUIRE(closed.verdict == LoopVerdict::closed);
   REQUIRE(closed.mahalanobis2 > 0);
   const auto judged = [&](double LoopVerification::*number, double value) {
-    LoopVerification belief = standard;
-    belief.*number = value;
-    const LoopReport loop = loop_verified_with(belief);
+    LoopVerification thresholds = standard;
+    thresholds.*number = value;
+    const LoopReport loop = loop_verified_with(thresholds);
     CHECK(loop.overlap == closed.overlap);  // the match is the same, whatever is thought of it
     CHECK(loop.rms_m == closed.rms_m);
     CHECK(loop.iterations == closed.iterations);
@@ -156,13 +156,13 @@ TEST_CASE("each number of the belief refuses a loop by itself, from just beyond 
     CHECK(refused.mahalanobis2 == (each.has_mahalanobis2 ? closed.mahalanobis2 : 0));
   }
   SECTION("and a correction that counts as small is not asked for walls") {
-    LoopVerification belief = standard;
-    belief.minimum_wall_fit = 1;
+    LoopVerification thresholds = standard;
+    thresholds.minimum_wall_fit = 1;
     const double moved_m = closed.correction_m + 15 * closed.correction_rad;
-    belief.small_correction_m = moved_m;
-    CHECK(loop_verified_with(belief).verdict == LoopVerdict::closed);
-    belief.small_correction_m = std::nextafter(moved_m, 0.0);
-    CHECK(loop_verified_with(belief).verdict == LoopVerdict::refused_walls);
+    thresholds.small_correction_m = moved_m;
+    CHECK(loop_verified_with(thresholds).verdict == LoopVerdict::closed);
+    thresholds.small_correction_m = std::nextafter(moved_m, 0.0);
+    CHECK(loop_verified_with(thresholds).verdict == LoopVerdict::refused_walls);
   }
 }
 

@@ -266,7 +266,7 @@ TEST_CASE("at the capacity of scans the next one is refused, and the map stays u
   CHECK_FALSE(mapper->finish(loop));
 }
 
-TEST_CASE("a full pool refuses scans without an archive; with one they go there") {
+TEST_CASE("a full pool refuses scans without an archive, with one they go there") {
   const BlockDrive& drive = round_the_block();
   MapperConfig config = small_config();
   config.pool_bytes = 60000;  // two scans

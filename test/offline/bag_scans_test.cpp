@@ -112,7 +112,7 @@ TEST_CASE("points go through /tf_static into the body's frame, odometry is inter
 }
 
 TEST_CASE(
-    "without odometry on a topic /tf leads from odom to the body; --tf and --frame choose other frames") {
+    "without odometry on a topic /tf leads from odom to the body, --tf and --frame choose other frames") {
   const TemporaryFolder folder;
   Ros1BagWriter bag(folder / "drive.bag");
   Pose up;
@@ -234,7 +234,7 @@ TEST_CASE("times that are of another clock, all equal, or in no unit that fits a
   CHECK(scan.time_s.empty());
 }
 
-TEST_CASE("of several lidars and odometries one is taken, and the others are named; --topic takes them") {
+TEST_CASE("of several lidars and odometries one is taken, and the others are named, --topic takes them") {
   const TemporaryFolder folder;
   const auto file = folder / "drive.bag";
   Ros1BagWriter bag = plain_bag(file);
@@ -294,7 +294,7 @@ TEST_CASE("clocks that disagree are told, and the odometry is put on the scans' 
 }
 
 TEST_CASE(
-    "scans without a stamp have the time of recording; those that are not later than the one before are left "
+    "scans without a stamp have the time of recording, those that are not later than the one before are left "
     "out") {
   const TemporaryFolder folder;
   Ros1BagWriter bag(folder / "drive.bag");

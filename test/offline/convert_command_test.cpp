@@ -120,7 +120,7 @@ TEST_CASE("a recording that was cut becomes a whole one, with a warning that nam
 }
 
 TEST_CASE(
-    "wrong calls are status 2, wrong input 3, output that cannot be written 5; each says so in one "
+    "wrong calls are status 2, wrong input 3, output that cannot be written 5, each says so in one "
     "sentence") {
   const TemporaryFolder folder;
   write_traces(folder);

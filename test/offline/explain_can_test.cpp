@@ -191,7 +191,7 @@ TEST_CASE("heartbeats follow the state, and a restart that nobody ordered stands
   CHECK(bus.explain(frame("703#0505")).is_abnormal);
 }
 
-TEST_CASE("SDO requests and answers are paired; refusals and strays stand out") {
+TEST_CASE("SDO requests and answers are paired, refusals and strays stand out") {
   CanExplainer bus;
   CHECK(words(bus, "601#4041600000000000") == "SDO to node 1: read 0x6041 statusword");
   CHECK(words(bus, "581#4B41600027060000") ==

@@ -110,7 +110,7 @@ TEST_CASE("a cloud that is too large for the limit is thinned to it") {
 }
 
 TEST_CASE(
-    "by default a report keeps to 25 MB and 12 million points; of more points it takes an even choice") {
+    "by default a report keeps to 25 MB and 12 million points, of more points it takes an even choice") {
   ReportSettings settings;
   CHECK(settings.limit_bytes == 25'000'000);
   CHECK(settings.most_points == 12'000'000);

@@ -321,7 +321,7 @@ TEST_CASE("a quaternion's order is told where nothing names it, and not guessed"
   CHECK(read_trajectory(folder.write("b.txt", "# timestamp tx ty tz qx qy qz qw\n" + line)).notes.empty());
 }
 
-TEST_CASE("stamps in whole seconds since 1970, in ms and in ns are times; small whole numbers are scans") {
+TEST_CASE("stamps in whole seconds since 1970, in ms and in ns are times, small whole numbers are scans") {
   const TemporaryFolder folder;
   const auto read = [&](const std::string& stamp) {
     return read_trajectory(folder.write("a.tum", stamp + " 0 0 0 0 0 0 1\n"));

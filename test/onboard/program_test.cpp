@@ -232,7 +232,7 @@ TEST_CASE("a CAN interface that is not there stops alcesd with a sentence, and l
 }
 
 TEST_CASE(
-    "alcesd waits for devices that do not answer; on SIGTERM its recording is whole, and a drive that never "
+    "alcesd waits for devices that do not answer, on SIGTERM its recording is whole, and a drive that never "
     "answered is no drive that stands: exit status 6") {
   if (!std::filesystem::exists("/sys/class/net/vcan0")) {
     WARN("skipped: there is no interface vcan0");

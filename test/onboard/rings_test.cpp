@@ -146,7 +146,7 @@ TEST_CASE("records come out of a record ring whole and in order, whatever their 
   CHECK(compared > 1000);
 }
 
-TEST_CASE("the largest record fits an empty record ring wherever it stands; a larger one never") {
+TEST_CASE("the largest record fits an empty record ring wherever it stands, a larger one never") {
   std::vector<std::uint8_t> memory(256);
   RecordRing ring(memory);
   const std::vector<std::uint8_t> largest(ring.largest_record(), 7);

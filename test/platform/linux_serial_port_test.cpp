@@ -123,7 +123,7 @@ TEST_CASE("a change of rate waits for the bytes before it and goes before the by
   CHECK(port.is_idle());
 }
 
-TEST_CASE("rates set with nothing in between are one; too many that wait are refused") {
+TEST_CASE("rates set with nothing in between are one, too many that wait are refused") {
   PtyBench bench;
   SerialPort port(bench.loop, {.path = bench.path.c_str(), .baud = 9600});
   REQUIRE(port.open());

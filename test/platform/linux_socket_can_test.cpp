@@ -69,7 +69,7 @@ bool set_vcan(bool is_up) {
 
 }  // namespace
 
-TEST_CASE("frames come in order as events; those without a kernel's stamp get their arrival time") {
+TEST_CASE("frames come in order as events, those without a kernel's stamp get their arrival time") {
   PairBench bench;
   const std::int64_t before_ns = now_ns();
   for (std::uint8_t i = 0; i < 100; ++i) bench.put({.id = 0x181, .size = 1, .data = {i}});

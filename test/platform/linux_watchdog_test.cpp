@@ -106,7 +106,7 @@ TEST_CASE("without systemd nothing is sent and nothing fails") {
   CHECK(watchdog.counters().dropped == 0);
 }
 
-TEST_CASE("a notify socket that cannot be is refused in words; one that is gone is counted") {
+TEST_CASE("a notify socket that cannot be is refused in words, one that is gone is counted") {
   Watchdog watchdog;
   setenv("NOTIFY_SOCKET", "vsock:2:1234", 1);
   CHECK_FALSE(watchdog.open());

@@ -389,9 +389,9 @@ TEST_CASE("a configuration that cannot be is refused with its reason") {
   rig.driver.start(rig.now_ns);
   CHECK(rig.driver.state() == LaserState::failed);
   CHECK(std::string(rig.driver.reason()).find("0.25") != std::string::npos);
-  CHECK(alces::problem({.baud = 115200}) != nullptr);
-  CHECK(alces::problem({.turns_per_s = 0}) != nullptr);
-  CHECK(alces::problem({}) == nullptr);
+  CHECK(alces::validate({.baud = 115200}) != nullptr);
+  CHECK(alces::validate({.turns_per_s = 0}) != nullptr);
+  CHECK(alces::validate({}) == nullptr);
 }
 
 TEST_CASE("stop before the laser was found, twice, and start again are all in order") {

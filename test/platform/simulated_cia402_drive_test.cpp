@@ -193,7 +193,7 @@ TEST_CASE("a string comes in segments with toggling bits, and a wrong toggle end
   CHECK(bench.answer({0x60, 0, 0, 0, 0, 0, 0, 0}).value == abort_code(SdoAbort::command));
 }
 
-TEST_CASE("a number may be downloaded in segments; the announced length must come") {
+TEST_CASE("a number may be downloaded in segments, the announced length must come") {
   Bench bench;
   bench.boot();
   REQUIRE(bench.answer({0x21, 0x83, 0x60, 0, 4, 0, 0, 0}).command == 0x60);

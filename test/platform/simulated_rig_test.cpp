@@ -625,7 +625,7 @@ TEST_CASE("GPS is lost between houses, and not everywhere") {
   CHECK(without > 60);
 }
 
-TEST_CASE("frames of the host reach the node, and come back as sent; the answer takes its time") {
+TEST_CASE("frames of the host reach the node, and come back as sent, the answer takes its time") {
   Run run(short_drive());
   run.go(0.1);
   CanFrame request;

@@ -130,7 +130,7 @@ TEST_CASE("height and tilt follow the ground under the wheels") {
   CHECK(worst_rad < 0.06);  // the suspension takes the short waves out
 }
 
-TEST_CASE("the same seed is the same motion; another seed is another") {
+TEST_CASE("the same seed is the same motion, another seed is another") {
   const World one(short_drive()), again(short_drive()), other(short_drive(40, 2));
   for (int second = 0; second < 50; second += 7) {
     const std::int64_t stamp = one.motion.start_stamp_ns() + second * 1000 * ms + 123'456;
@@ -139,7 +139,7 @@ TEST_CASE("the same seed is the same motion; another seed is another") {
   }
 }
 
-TEST_CASE("the paper's drive is 1.24 km long and closes five loops or more; short drives come back too") {
+TEST_CASE("the paper's drive is 1.24 km long and closes five loops or more, short drives come back too") {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     for (const std::size_t scans : {std::size_t{40}, std::size_t{120}, std::size_t{924}}) {
       const World world(short_drive(scans, seed));

@@ -24,7 +24,7 @@ class Ros1Bytes {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     return *this;
   }
-  Ros1Bytes& to_string(const std::string& text) {
+  Ros1Bytes& text(const std::string& text) {
     number(static_cast<std::uint32_t>(text.size()));
     bytes_ += text;
     return *this;

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "offline/replay/drive_replay.h"
 #include "scan_files.h"
@@ -22,16 +21,16 @@ void write_scans(const std::string& drive, const std::filesystem::path& folder) 
   offline::DriveReplay replay(drive, {});
   std::filesystem::create_directories(folder);
   std::ofstream odometry(folder / "odometry.tum");
-  std::vector<Point> points;
+  offline::ScanPoints scan;
   std::size_t count = 0;
-  for (; replay.read(count, points); ++count) {
+  for (; replay.read(count, scan); ++count) {
     const auto pose = replay.odometry(count);
     const auto stamp_s = replay.stamp_s(count);
     if (!pose || !stamp_s)
       throw std::runtime_error(fmt::format("scan {} has no odometry or no stamp", count));
     odometry << sim::tum_line(*stamp_s, *pose);
     const std::filesystem::path file = folder / fmt::format("scan{:04}.pcd", count);
-    if (!sim::write_pcd(file, points))
+    if (!sim::write_pcd(file, scan.points))
       throw std::runtime_error(fmt::format("cannot write {}", file.string()));
   }
   if (!odometry.flush().good()) throw std::runtime_error("cannot write odometry.tum");

@@ -89,7 +89,7 @@ TEST_CASE("a drive is a function of its settings") {
   }
 }
 
-TEST_CASE("truth and odometry start at the identity; the odometry is planar and drifts") {
+TEST_CASE("truth and odometry start at the identity, the odometry is planar and drifts") {
   DriveSettings settings;
   settings.scans = 300;
   const Drive drive = sim::drive(settings);

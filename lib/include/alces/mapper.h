@@ -272,7 +272,9 @@ class Mapper {
     double rotation_rad2 = 0;
   };
   /// `scan` below scan_count().
-  [[nodiscard]] const PoseUncertainty& pose_uncertainty(std::uint32_t scan) const { return uncertainties_[scan]; }
+  [[nodiscard]] const PoseUncertainty& pose_uncertainty(std::uint32_t scan) const {
+    return uncertainties_[scan];
+  }
 
   /// The loops offered so far, in order, up to four times loop_capacity of them.
   [[nodiscard]] std::span<const LoopReport> loops() const { return loops_.first(loop_count_); }

@@ -121,7 +121,7 @@ ALCES_FUZZ_TARGET(scanner) {
   ByteFeed feed(bytes);
   const std::uint8_t choice = feed.byte();
   const ScannerConfig config = scanner_config(choice);
-  require(problem(config) == nullptr, problem(config) == nullptr ? "" : problem(config));
+  require(validate(config) == nullptr, validate(config) == nullptr ? "" : validate(config));
   static std::vector<std::max_align_t> memory;
   const std::size_t size = Scanner::memory_required(config);
   memory.resize((size + 64) / sizeof(std::max_align_t) + 1);
@@ -267,7 +267,7 @@ ALCES_FUZZ_TARGET(encoder) {
   if ((choice & 16U) != 0) config.expected_speed_rad_s = -config.expected_speed_rad_s;
   if ((choice & 32U) != 0) config.index_width_rad = 0.1;
   if (config.wait_for_index || config.shape == AngleShape::none) config.maximum_wait_ns = 3 * ns_per_s;
-  if (problem(config) != nullptr) return;
+  if (validate(config) != nullptr) return;
   const auto encoder = std::make_unique<Encoder>(config, nobody);
   struct Answered {
     std::int64_t stamp_ns;

@@ -16,7 +16,7 @@ ALCES_FUZZ_TARGET(vehicle_toml) {
   try {
     const settings::VehicleSettings vehicle =
         settings::parse_vehicle_settings(std::string(as_text(bytes)), "vehicle.toml");
-    require(problem(vehicle.scanner) == nullptr, "what is read has no problem");
+    require(validate(vehicle.scanner) == nullptr, "what is read has no problem");
     (void)Scanner::memory_required(vehicle.scanner);
     (void)settings::scans_that_fit(vehicle.mapper, vehicle.memory_bytes, !vehicle.archive.empty());
     const std::string written = settings::to_toml(vehicle);

@@ -81,7 +81,7 @@ TEST_CASE("of a long stand the first turns are kept") {
   CHECK(turns.turns()[0] == 2);
 }
 
-TEST_CASE("a vehicle that creeps has no stand; how far the head turned is known") {
+TEST_CASE("a vehicle that creeps has no stand, how far the head turned is known") {
   StandingTurns turns({});
   Feed feed(turns, 1);
   feed.run(10, 0.05);

@@ -21,8 +21,8 @@
 // Judged: pulses that bounce (debounce_ns), come where none is due (extra), or stay away (missing); a head
 // that turns back, stands, or leaves its speed; A and B swapped; counts that jump (the drive was reset),
 // stand still or come in the wrong order; edges that the kernel lost; stamps that cannot be. All are counted;
-// people hear of them at once, and while they go on after 1, 2, 4, ... 64 s (notice_rate_limiter.h). After each of
-// them the next good pulse brings the angle back.
+// people hear of them at once, and while they go on after 1, 2, 4, ... 64 s (notice_rate_limiter.h). After
+// each of them the next good pulse brings the angle back.
 //
 // The profile-sync line is counted and its last stamp kept. It does not refine the rays' times: the laser
 // drivers' filter of delays does that, and a head with such a line can check it by last_sync_stamp_ns().

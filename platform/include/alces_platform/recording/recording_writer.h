@@ -177,7 +177,7 @@ class RecordingWriter final : public EventSink {
   mcap::Writer mcap_;
   NoticePort* notices_;
   std::optional<NoticeRateLimiter<NoticeKind>> capacity_notices_;  ///< not there when there is nobody to tell
-  std::int64_t now_ns_ = 0;                                    ///< when the newest message was handed on
+  std::int64_t now_ns_ = 0;                                        ///< when the newest message was handed on
   bool has_now_ = false;
   std::int64_t retry_ns_ = 0;  ///< a stalled sink is asked again then
   bool is_stalled_ = false;
