@@ -59,7 +59,7 @@ Json describe_topic(const BagSurvey& survey, std::size_t place, const std::optio
   if (!topic.layout.empty()) {
     json["points"] = topic.points;
     json["fields"] = topic.layout;
-    const ChannelReading reading = choose_channels(topic.channels, topic.interval_s());
+    const CloudChannelReading reading = choose_channels(topic.channels, topic.interval_s());
     if (reading.time) json["times"] = fmt::format("{}: {}", reading.time->field, reading.time->title);
     if (!reading.time_problem.empty()) json["times"] = "not used: " + reading.time_problem;
   }

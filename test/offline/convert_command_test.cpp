@@ -58,9 +58,9 @@ TEST_CASE("a configuration of an earlier version comes out by today's names, wit
   CHECK_THAT(text, Catch::Contains("[loop_correction]") && !Catch::Contains("[belief]"));
   REQUIRE(convert(folder, "new.toml again.toml").status == 0);
   CHECK(content_of(folder / "again.toml") == text);
-  folder.write("vehicle.toml", "[belief]\nminimum_overlap = 0.25\n[motor]\nnode = 3\n");
+  folder.write("vehicle.toml", "[belief]\nminimum_overlap = 0.25\n[gps]\nline_baud = 9600\n");
   CHECK_THAT(convert(folder, "vehicle.toml newer.toml").out, Catch::Contains("a vehicle's configuration"));
-  CHECK_THAT(content_of(folder / "newer.toml"), Catch::Contains("node = 3"));
+  CHECK_THAT(content_of(folder / "newer.toml"), Catch::Contains("line_baud = 9600"));
   folder.write("none.toml", "[nonsense]\na = 1\n");
   CHECK(convert(folder, "none.toml out.toml").status == 3);
   CHECK_FALSE(std::filesystem::exists(folder / "out.toml"));

@@ -270,7 +270,7 @@ TEST_CASE("what nobody knows is named with file and line") {
   CHECK_THAT(complaint("[odometry.left_speed_m_s]\nid = 1\nstart_bit = 0\nlength = 8\nscale = 2\n"),
              Contains("vehicle.toml:5: there is no odometry.left_speed_m_s.scale"));
   CHECK_THAT(complaint("[sharing]\nrules = \"paper\"\n"),
-             Contains("vehicle.toml:2: there is no sharing.rules"));
+             Contains("vehicle.toml:2: there is no loop_correction.rules"));
 }
 
 TEST_CASE("what is lacking in a row is named") {

@@ -253,7 +253,7 @@ class BagScans final : public ScanSource {
   BagSurvey survey_;
   BagChoice choice_;
   ChosenOdometry odometry_;
-  ChannelReading reading_;
+  CloudChannelReading reading_;
   bool is_assembled_ = false;  ///< of profiles
   std::size_t unplaced_ = 0;
   std::vector<std::uint8_t> room_;

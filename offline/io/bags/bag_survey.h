@@ -38,7 +38,7 @@ struct SurveyedTopic {
   std::string layout;        ///< of the first scan: "x y z float32, intensity float32, time float32"
   std::uint64_t points = 0;  ///< of the first scan
   double view_rad = 0;       ///< of a profile: from its first ray to its last
-  ChannelFacts channels;     ///< of the first scan with points
+  CloudChannelFacts channels;     ///< of the first scan with points
   bool has_header = false;
   std::uint64_t without_stamp = 0;      ///< whose header's stamp is 0
   std::uint64_t damaged = 0;            ///< that do not decode as their type

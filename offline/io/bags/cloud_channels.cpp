@@ -33,8 +33,8 @@ const bags::PointField* field_of(const bags::PointCloud2& cloud,
 
 }  // namespace
 
-ChannelFacts look_at_channels(const bags::PointCloud2& cloud, std::int64_t stamp_ns) {
-  ChannelFacts facts;
+CloudChannelFacts look_at_channels(const bags::PointCloud2& cloud, std::int64_t stamp_ns) {
+  CloudChannelFacts facts;
   facts.stamp_s = stamp_in_s(stamp_ns);
   std::vector<double> values;
   if (const bags::PointField* field = field_of(
@@ -65,8 +65,8 @@ ChannelFacts look_at_channels(const bags::PointCloud2& cloud, std::int64_t stamp
   return facts;
 }
 
-ChannelReading choose_channels(const ChannelFacts& facts, double interval_s) {
-  ChannelReading reading;
+CloudChannelReading choose_channels(const CloudChannelFacts& facts, double interval_s) {
+  CloudChannelReading reading;
   reading.intensity_field = facts.intensity_field;
   constexpr double largest = 255;
   if (facts.intensity_type != 2 && facts.usual_intensity > 0) {
@@ -96,7 +96,7 @@ ChannelReading choose_channels(const ChannelFacts& facts, double interval_s) {
           fmt::format("they are {:.3f} s from the clouds' stamps, as of another clock", from_stamp_s);
       return reading;
     }
-    reading.time = TimeReading{facts.time_field, unit.s, is_since_1970,
+    reading.time = CloudTimeReading{facts.time_field, unit.s, is_since_1970,
                                fmt::format("{} {} {}", bags::type_name(facts.time_type), unit.name,
                                            is_since_1970 ? "since 1970" : "from the stamp")};
     return reading;
@@ -106,7 +106,7 @@ ChannelReading choose_channels(const ChannelFacts& facts, double interval_s) {
   return reading;
 }
 
-bool read_channels(const bags::PointCloud2& cloud, const ChannelReading& reading, std::int64_t stamp_ns,
+bool read_channels(const bags::PointCloud2& cloud, const CloudChannelReading& reading, std::int64_t stamp_ns,
                    ScanPoints& scan) {
   scan.time_s.clear();
   scan.intensity.clear();

@@ -20,7 +20,7 @@
 namespace alces::offline {
 
 /// Of one cloud.
-struct ChannelFacts {
+struct CloudChannelFacts {
   std::string time_field;  ///< empty: there is none
   std::uint8_t time_type = 0;
   double first_time = 0;  ///< smallest and largest, as they are
@@ -33,28 +33,28 @@ struct ChannelFacts {
 };
 
 /// The cloud has no layout_problem().
-[[nodiscard]] ChannelFacts look_at_channels(const bags::PointCloud2& cloud, std::int64_t stamp_ns);
+[[nodiscard]] CloudChannelFacts look_at_channels(const bags::PointCloud2& cloud, std::int64_t stamp_ns);
 
-struct TimeReading {
+struct CloudTimeReading {
   std::string field;
   double unit_s = 1;
   bool is_since_1970 = false;
   std::string title;  ///< "float64 seconds since 1970"
 };
 
-struct ChannelReading {
-  std::optional<TimeReading> time;
+struct CloudChannelReading {
+  std::optional<CloudTimeReading> time;
   std::string time_problem;     ///< why there is none, though there is a field: a clause
   std::string intensity_field;  ///< empty: none
   double intensity_scale = 1;
 };
 
 /// `interval_s`: from one cloud to the next; 0: not known.
-[[nodiscard]] ChannelReading choose_channels(const ChannelFacts& facts, double interval_s);
+[[nodiscard]] CloudChannelReading choose_channels(const CloudChannelFacts& facts, double interval_s);
 
 /// Fills the channels of `scan`, whose points are the cloud's. False: its times are not used: some are not
 /// finite, or farther than 10 s from the stamp.
-[[nodiscard]] bool read_channels(const bags::PointCloud2& cloud, const ChannelReading& reading,
+[[nodiscard]] bool read_channels(const bags::PointCloud2& cloud, const CloudChannelReading& reading,
                                  std::int64_t stamp_ns, ScanPoints& scan);
 
 }  // namespace alces::offline
