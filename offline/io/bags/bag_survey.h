@@ -33,12 +33,12 @@ struct SurveyedTopic {
   std::uint64_t bytes = 0;
   std::int64_t first_log_ns = 0;
   std::int64_t last_log_ns = 0;
-  std::string frame;         ///< of the first message's header
-  std::string child;         ///< of the first pose
-  std::string layout;        ///< of the first scan: "x y z float32, intensity float32, time float32"
-  std::uint64_t points = 0;  ///< of the first scan
-  double view_rad = 0;       ///< of a profile: from its first ray to its last
-  CloudChannelFacts channels;     ///< of the first scan with points
+  std::string frame;           ///< of the first message's header
+  std::string child;           ///< of the first pose
+  std::string layout;          ///< of the first scan: "x y z float32, intensity float32, time float32"
+  std::uint64_t points = 0;    ///< of the first scan
+  double view_rad = 0;         ///< of a profile: from its first ray to its last
+  CloudChannelFacts channels;  ///< of the first scan with points
   bool has_header = false;
   std::uint64_t without_stamp = 0;      ///< whose header's stamp is 0
   std::uint64_t damaged = 0;            ///< that do not decode as their type

@@ -97,8 +97,8 @@ CloudChannelReading choose_channels(const CloudChannelFacts& facts, double inter
       return reading;
     }
     reading.time = CloudTimeReading{facts.time_field, unit.s, is_since_1970,
-                               fmt::format("{} {} {}", bags::type_name(facts.time_type), unit.name,
-                                           is_since_1970 ? "since 1970" : "from the stamp")};
+                                    fmt::format("{} {} {}", bags::type_name(facts.time_type), unit.name,
+                                                is_since_1970 ? "since 1970" : "from the stamp")};
     return reading;
   }
   reading.time_problem = fmt::format(

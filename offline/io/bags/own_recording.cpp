@@ -15,7 +15,9 @@ enum class Contents { none, own, others };
 Contents contents_of_mcap(const std::filesystem::path& file) {
   FileSource source(file.c_str());
   mcap::Reader reader(source);
-  if (!source.is_open() || !reader.open() || reader.schemas().empty()) return Contents::none;
+  if (!source.is_open() || !reader.open()) return Contents::none;
+  mcap::ReadMessage first;  // with it come the schemas of a file that keeps them in its chunks
+  if (reader.schemas().empty() && !reader.next(first)) return Contents::none;
   const bool is_own = std::any_of(reader.schemas().begin(), reader.schemas().end(), [](const auto& each) {
     return each.second.name.starts_with("alces_msgs/");
   });
