@@ -34,4 +34,4 @@ cp -r "$example" "$root/packaging/example"
 cp "$(dirname "$0")/inside.sh" "$root/packaging"
 cp /etc/resolv.conf "$root/etc/resolv.conf"
 # Mounts of a name space of its own: they are gone when the test is.
-unshare --mount sh -euc 'mount -t proc proc "$1/proc"; mount --rbind /dev "$1/dev"; exec chroot "$1" sh -eu /packaging/inside.sh' sh "$root"
+unshare --mount sh -euc 'mount -t proc proc "$1/proc"; mount --rbind /dev "$1/dev"; mount -t tmpfs tmpfs "$1/run"; exec chroot "$1" sh -eu /packaging/inside.sh' sh "$root"
