@@ -19,13 +19,12 @@ void write_settings(const std::filesystem::path& out, const std::string& text) {
 
 std::string convert_settings(const std::filesystem::path& in, const std::filesystem::path& out) {
   MapperConfig mapper = settings::default_mapper_settings();
-  std::string complaint;
   try {
     settings::read_mapper_settings(in, mapper);
     write_settings(out, settings::to_toml(mapper));
     return "a mapper's configuration";
-  } catch (const settings::Error& error) {
-    complaint = error.what();  // a vehicle's has tables that a mapper's does not know
+  } catch (const settings::Error&) {
+    // A vehicle's has tables that a mapper's does not know.
   }
   try {
     const settings::VehicleSettings vehicle = settings::read_vehicle_settings(in);
