@@ -24,14 +24,14 @@ run_tests() {
 }
 
 # build PRESET [TARGET...]: configures and builds; CMake's report is shown only when it fails. A new build tree compiles eight
-# files at once, which halves the time; clang-tidy, of ALCES_TEST_ALL, wants each file for itself.
+# files at once, which halves the time.
 build() {
   preset=$1
   shift
   say "building: $preset"
   mkdir -p build
   unity=""
-  [ -e "build/$preset/CMakeCache.txt" ] || [ "${ALCES_TEST_ALL:-0}" != 0 ] || unity=-DALCES_UNITY=ON
+  [ -e "build/$preset/CMakeCache.txt" ] || unity=-DALCES_UNITY=ON
   if ! cmake --preset "$preset" $unity >"build/$preset.configure.log" 2>&1; then
     cat "build/$preset.configure.log" >&2
     return 1

@@ -11,9 +11,9 @@ void SyncProducer::start(std::int64_t now_ns) {
 
 bool SyncProducer::on_tick(std::int64_t now_ns, CanPort& port) {
   if (!is_running() || now_ns < due_ns_) return false;
-  const std::int64_t beats = 1 + (now_ns - due_ns_) / config_.period_ns;
-  due_ns_ += beats * config_.period_ns;
-  counters_.skipped += static_cast<std::uint64_t>(beats - 1);
+  const std::int64_t cycles = 1 + (now_ns - due_ns_) / config_.period_ns;
+  due_ns_ += cycles * config_.period_ns;
+  counters_.skipped += static_cast<std::uint64_t>(cycles - 1);
   frame_ = CanFrame{.id = sync_cob_id};
   std::uint8_t counter = 0;
   if (config_.counter_overflow != 0) {

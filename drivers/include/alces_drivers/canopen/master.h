@@ -1,4 +1,4 @@
-// Several nodes on one bus: hands each frame to those who want its COB-ID, and beats time for all of them.
+// Several nodes on one bus: hands each frame to those who want its COB-ID, and sends SYNC for all of them.
 //
 //   Master master(config, port);
 //   master.add(motor, motor.cob_ids());    // once, before the first event

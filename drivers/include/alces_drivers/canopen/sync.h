@@ -1,4 +1,4 @@
-// SYNC: the SYNC cycle at which nodes sample and send. Producer, with or without the counter. CiA 301
+// SYNC: the cycle at which nodes sample and send. Producer, with or without the counter. CiA 301
 // version 4.2, 7.2.5.
 #pragma once
 

@@ -34,7 +34,8 @@ struct MotorConfig {
   std::uint8_t node = 1;
   std::uint8_t axis = 0;     ///< of a node with several: its objects are 0x6000 + 0x800 * axis and following
   canopen::SyncConfig sync;  ///< period 0: no SYNC; frames are then sent every control_period_ns
-  bool is_sync_producer = true;  ///< false: a canopen::Master or another node beats, with the same period
+  bool is_sync_producer =
+      true;  ///< false: a canopen::Master or another node sends SYNC, with the same period
   std::int64_t control_period_ns = 20 * ns_per_ms;
   std::uint8_t own_node = 127;
   std::int64_t own_heartbeat_period_ns = 0;    ///< 0: none, or a canopen::Master sends it

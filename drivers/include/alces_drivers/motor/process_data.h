@@ -29,7 +29,7 @@ class ProcessData {
     std::uint64_t repeated = 0;        ///< dropped
     std::uint64_t stale = 0;           ///< dropped: its stamp is not after that of the last one
     std::uint64_t extra = 0;           ///< a second one in a SYNC cycle, with other bytes
-    std::uint64_t missed = 0;          ///< beats without one that was due
+    std::uint64_t missed = 0;          ///< SYNC cycles without one that was due
     std::uint64_t states_ignored = 0;  ///< a state that was seen once only
 
     template <class Visitor>
