@@ -59,9 +59,9 @@ Json describe_topic(const BagSurvey& survey, std::size_t place, const std::optio
   if (!topic.layout.empty()) {
     json["points"] = topic.points;
     json["fields"] = topic.layout;
-    const CloudChannelReading reading = choose_channels(topic.channels, topic.interval_s());
-    if (reading.time) json["times"] = fmt::format("{}: {}", reading.time->field, reading.time->title);
-    if (!reading.time_problem.empty()) json["times"] = "not used: " + reading.time_problem;
+    const ChannelReading reading = topic.channel_reading();
+    if (!reading.time_text.empty()) json["times"] = reading.time_text;
+    if (!reading.intensity_text.empty()) json["intensities"] = reading.intensity_text;
   }
   if (topic.damaged > 0) json["damaged"] = topic.damaged;
   if (topic.late > 0) json["not_later_than_the_one_before"] = topic.late;

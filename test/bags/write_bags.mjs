@@ -56,8 +56,7 @@ const float32 = 7;
 const float64 = 8;
 const field = (name, offset, datatype) => ({ name, offset, datatype, count: 1 });
 
-/// As a driver of a spinning lidar has it, one row: x y z, and a field that nobody knows, as the folder of scans has no
-/// intensities either.
+/// As a driver of a spinning lidar has it: x y z intensity, one row.
 function plainCloud(points, ns) {
   const step = 16;
   const data = Buffer.alloc(points.length * step);
@@ -65,7 +64,7 @@ function plainCloud(points, ns) {
   return {
     header: { stamp: timeOf(ns), frame_id: "base_link" },
     height: 1, width: points.length,
-    fields: [field("x", 0, float32), field("y", 4, float32), field("z", 8, float32), field("confidence", 12, float32)],
+    fields: [field("x", 0, float32), field("y", 4, float32), field("z", 8, float32), field("intensity", 12, float32)],
     is_bigendian: false, point_step: step, row_step: data.length, data, is_dense: true,
   };
 }

@@ -42,7 +42,7 @@ def cloud(stamp, points):
     message.header.stamp = stamp
     message.header.frame_id = "base_link"
     message.height, message.width = 1, len(points) // 16
-    message.fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(("x", "y", "z", "confidence"))]
+    message.fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(("x", "y", "z", "intensity"))]
     message.point_step, message.row_step = 16, len(points)
     message.data, message.is_dense = points, True
     return message

@@ -44,7 +44,8 @@ class BagScans final : public ScanSource {
     survey_ = survey_bag(bag, options.survey_progress);
     choice_ = choose_from_bag(survey_, options.bag, !options.no_odometry && !options.odometry);
     const SurveyedTopic& topic = BagScans::topic();
-    reading_ = choose_channels(topic.channels, topic.interval_s());
+    reading_ = topic.channel_reading();
+    context_ = topic.channel_context();  // of messages; a scan of profiles takes longer
     is_assembled_ = bags::is_profile_type(topic.channel.type);
     std::vector<std::string> grouping;
     if (is_assembled_) grouping = group_profiles(survey_, choice_);
@@ -54,6 +55,8 @@ class BagScans final : public ScanSource {
     // what is not needed any more
     for (SurveyedTopic& each : survey_.topics) {
       if (&each != &topic) each.scans = {};
+      each.first_channels = {};
+      each.first_points = {};
     }
   }
 
@@ -125,14 +128,13 @@ class BagScans final : public ScanSource {
     return poses.size() < 2 ? ScanSource::motion(index, from_s, to_s) : poses;
   }
   [[nodiscard]] std::string channels() const override {
-    std::string clauses;
-    if (reading_.time && !is_assembled_)
-      clauses = fmt::format("the points' times are {} ({})", reading_.time->field, reading_.time->title);
-    if (has_intensity())
-      clauses += fmt::format("{}intensities are {}", clauses.empty() ? "" : ", ", reading_.intensity_field);
-    return clauses;
+    const std::scoped_lock lock(mutex_);
+    return is_assembled_ ? reading_.intensity_text : reading_.text();  // a profile's times are used up
   }
-  [[nodiscard]] bool has_intensity() const override { return !reading_.intensity_field.empty(); }
+  [[nodiscard]] bool has_intensity() const override {
+    const std::scoped_lock lock(mutex_);
+    return reading_.full_intensity > 0;
+  }
 
  private:
   [[nodiscard]] const SurveyedTopic& topic() const { return survey_.topics[choice_.scans]; }
@@ -155,16 +157,32 @@ class BagScans final : public ScanSource {
 
   void read_points(const bags::PointCloud2& cloud, std::int64_t stamp_ns, ScanPoints& scan) {
     bags::read_points(cloud, scan.points);
-    if (!read_channels(cloud, reading_, stamp_ns, scan))
-      warn_once(fmt::format(
-          "{}: the times of some scans' points are not finite or farther than 10 s from the stamp, "
-          "and are not used for them",
-          topic().channel.topic));
+    take_channels_of(cloud, stamp_ns, scan);
     const auto scaled = [this](float read) { return static_cast<float>(static_cast<double>(read) * scale_); };
     for (Point& point : scan.points) {
       if (point.x == 0 && point.y == 0 && point.z == 0) point = nowhere;
       if (scale_ != 1) point = {scaled(point.x), scaled(point.y), scaled(point.z)};
     }
+  }
+
+  void take_channels_of(const bags::PointCloud2& cloud, std::int64_t stamp_ns, ScanPoints& scan) {
+    scan.time_s.clear();
+    scan.intensity.clear();
+    scan.clock_s.reset();
+    context_.stamp_s = stamp_in_s(stamp_ns);
+    const std::scoped_lock lock(mutex_);
+    take_channels(channels_of(cloud), context_, reading_, scan, warnings_);
+    // in a bag a scan's stamp and its points' dates are of one clock, or one of them is wrong
+    constexpr double farthest_s = 10;
+    if (!scan.clock_s || std::abs(*scan.clock_s - *context_.stamp_s) <= farthest_s) return;
+    const std::string sentence = fmt::format(
+        "{}: the points' times are not used: some are more than {} s from the clouds' stamps, as of "
+        "another clock",
+        topic().channel.topic, farthest_s);
+    scan.time_s.clear();
+    scan.clock_s.reset();
+    if (std::find(warnings_.begin(), warnings_.end(), sentence) == warnings_.end())
+      warnings_.push_back(sentence);
   }
 
   /// A profile's rays, each where the head and the vehicle were at its time, in the body's frame at the
@@ -233,9 +251,8 @@ class BagScans final : public ScanSource {
     if (topic.without_stamp > 0)
       warn(fmt::format("{}: {} messages have no stamp; the time of recording is taken", name,
                        topic.without_stamp));
-    if (!reading_.time_problem.empty() && !is_assembled_)
-      warn(fmt::format("{}: the points' times ({}) are not used: {}", name, topic.channels.time_field,
-                       reading_.time_problem));
+    if (reading_.time_unit_s == 0 && !reading_.time_text.empty() && !is_assembled_)
+      warn(fmt::format("{}: {}", name, reading_.time_text));
     unplaced_ = 0;
     for (const SurveyedScan& scan : topic.scans) {
       if (!body_from_scan(scan)) ++unplaced_;
@@ -253,7 +270,8 @@ class BagScans final : public ScanSource {
   BagSurvey survey_;
   BagChoice choice_;
   ChosenOdometry odometry_;
-  CloudChannelReading reading_;
+  ChannelReading reading_;
+  ChannelContext context_;
   bool is_assembled_ = false;  ///< of profiles
   std::size_t unplaced_ = 0;
   std::vector<std::uint8_t> room_;

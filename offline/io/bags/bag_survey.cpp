@@ -87,7 +87,9 @@ class Surveyor {
     if (topic.layout.empty()) topic.layout = layout_text(*cloud);
     if (topic.points < 2) {
       topic.points = cloud->points();
-      topic.channels = look_at_channels(*cloud, stamp_ns);
+      topic.first_channels = channels_of(*cloud);
+      topic.first_stamp_ns = stamp_ns;
+      bags::read_points(*cloud, topic.first_points);
       if (bags::is_profile_type(topic.channel.type)) topic.view_rad = view_rad(topic.channel, data);
     }
     if (!topic.scans.empty() && stamp_ns <= topic.scans.back().stamp_ns) {
@@ -126,6 +128,23 @@ class Surveyor {
 double SurveyedTopic::rate_hz() const {
   if (messages < 2 || last_log_ns <= first_log_ns) return 0;
   return static_cast<double>(messages - 1) / (seconds(last_log_ns - first_log_ns));
+}
+
+ChannelContext SurveyedTopic::channel_context() const {
+  ChannelContext context{.name = channel.topic};
+  if (const double usual_s = interval_s(); usual_s > 0) context.scan_interval_s = usual_s;
+  return context;
+}
+
+ChannelReading SurveyedTopic::channel_reading() const {
+  ChannelReading reading;
+  ScanPoints scan;
+  scan.points = first_points;
+  ChannelContext context = channel_context();
+  context.stamp_s = stamp_in_s(first_stamp_ns);
+  std::vector<std::string> unused;  // a first scan decides, it is not refused
+  take_channels(first_channels, context, reading, scan, unused);
+  return reading;
 }
 
 double SurveyedTopic::interval_s() const {

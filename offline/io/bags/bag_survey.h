@@ -33,12 +33,14 @@ struct SurveyedTopic {
   std::uint64_t bytes = 0;
   std::int64_t first_log_ns = 0;
   std::int64_t last_log_ns = 0;
-  std::string frame;           ///< of the first message's header
-  std::string child;           ///< of the first pose
-  std::string layout;          ///< of the first scan: "x y z float32, intensity float32, time float32"
-  std::uint64_t points = 0;    ///< of the first scan
-  double view_rad = 0;         ///< of a profile: from its first ray to its last
-  CloudChannelFacts channels;  ///< of the first scan with points
+  std::string frame;                ///< of the first message's header
+  std::string child;                ///< of the first pose
+  std::string layout;               ///< of the first scan: "x y z float32, intensity float32, time float32"
+  std::uint64_t points = 0;         ///< of the first scan
+  double view_rad = 0;              ///< of a profile: from its first ray to its last
+  RawChannels first_channels;       ///< of the first scan with points
+  std::vector<Point> first_points;  ///< its points, where it has channels
+  std::int64_t first_stamp_ns = 0;  ///< its stamp
   bool has_header = false;
   std::uint64_t without_stamp = 0;      ///< whose header's stamp is 0
   std::uint64_t damaged = 0;            ///< that do not decode as their type
@@ -49,6 +51,10 @@ struct SurveyedTopic {
   PoseTrack poses;
 
   [[nodiscard]] double rate_hz() const;
+  /// What the channels of its scans mean, by the first one. O(points).
+  [[nodiscard]] ChannelReading channel_reading() const;
+  /// What is known of any scan when its channels are read: not its stamp.
+  [[nodiscard]] ChannelContext channel_context() const;
   /// From one scan to the next, in the median; 0 where there are none.
   [[nodiscard]] double interval_s() const;
   /// Recorded - stamped, in the median of the first messages; 0 where there are none.

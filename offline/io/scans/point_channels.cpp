@@ -25,9 +25,10 @@ struct Unit {
 constexpr std::array<Unit, 4> units = {
     {{"s", 1, "sec"}, {"ms", 1e-3, "msec"}, {"us", 1e-6, "usec"}, {"ns", 1e-9, "nsec"}}};
 
-constexpr std::array<std::string_view, 14> time_names = {
-    "t",          "time",  "timestamp", "time_offset", "offset_time",   "timeoffset", "offsettime",
-    "time_stamp", "times", "stamp",     "rel_time",    "relative_time", "gps_time",   "gpstime"};
+constexpr std::array<std::string_view, 15> time_names = {
+    "t",          "time",       "timestamp",     "time_offset", "offset_time",
+    "timeoffset", "offsettime", "t_offset",      "time_stamp",  "times",
+    "stamp",      "rel_time",   "relative_time", "gps_time",    "gpstime"};
 constexpr std::array<std::string_view, 9> intensity_names = {
     "intensity", "intensities", "reflectivity",     "reflectance", "remission",
     "signal",    "rssi",        "return_intensity", "amplitude"};

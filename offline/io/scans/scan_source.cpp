@@ -17,6 +17,7 @@
 #include "alces_platform/bags/bag_reader.h"
 #include "offline/evaluate/evaluation.h"
 #include "offline/io/bags/bag_scans.h"
+#include "offline/io/bags/bag_trajectory.h"
 #include "offline/io/files/error.h"
 #include "offline/io/files/input_file.h"
 #include "offline/io/map_folder/trajectory.h"
@@ -470,7 +471,8 @@ class Opener {
     ContentDigest digest;
     std::string bytes;
     std::error_code ignored;
-    if (!fs::is_directory(path, ignored)) {
+    const bool is_of_bag = names_bag_topic(path) || bags::is_bag(path);  // of any size: its name has to do
+    if (!is_of_bag && !fs::is_directory(path, ignored)) {
       read_file(path, bytes);
       digest.add(bytes);
     }
