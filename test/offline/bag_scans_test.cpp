@@ -401,6 +401,19 @@ TEST_CASE("a trajectory in a bag is named by its topic where there are several")
   CHECK(scans->odometry(2)->translation_m.x() == 2);
 }
 
+TEST_CASE(
+    "how the body moved within a scan of a bag is known from all of its odometry, not from the scans' poses "
+    "alone") {
+  const TemporaryFolder folder;
+  plain_bag(folder / "drive.bag").write();
+  const auto scans = open_scans(folder / "drive.bag");
+  const std::vector<TimedPose> motion = scans->motion(1, begin_s + 0.1, begin_s + 0.15);
+  REQUIRE(motion.size() >= 6);
+  for (const TimedPose& pose : motion)
+    CHECK(pose.odometry_from_body.translation_m.x() == Approx(10 * (pose.time_s - begin_s)).margin(1e-4));
+  CHECK(motion.back().time_s >= begin_s + 0.1499);
+}
+
 TEST_CASE("a folder of scans takes its odometry from a topic of a bag") {
   const TemporaryFolder folder;
   Ros1BagWriter bag = plain_bag(folder / "drive.bag");
